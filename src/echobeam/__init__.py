@@ -1,0 +1,1 @@
+"""echobeam: sensing-assisted predictive beamforming."""

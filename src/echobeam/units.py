@@ -1,0 +1,74 @@
+"""Constants and the reading and writing of quantities with units.
+
+Below the command line and the scenario file everything is SI and radians; this module is the one
+place where "80 m", "60 deg" or "30 GHz" become such numbers.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+SPEED_OF_LIGHT = 299_792_458.0
+"""Speed of light in vacuum, m/s (exact by definition of the metre)."""
+
+_DEG = math.pi / 180.0
+
+UNITS: dict[str, dict[str, float]] = {
+    "angle": {"rad": 1.0, "deg": _DEG, "mrad": 1e-3},
+    "length": {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9},
+    "speed": {"m/s": 1.0, "km/h": 1.0 / 3.6},
+    "acceleration": {"m/s^2": 1.0, "m/s2": 1.0, "m/s²": 1.0},
+    "rate": {"bit/s/Hz": 1.0},
+    "number": {},
+}
+"""Units accepted per kind of quantity, as factors to SI."""
+
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
+
+
+class QuantityError(ValueError):
+    """A text that is not a number with a unit of the kind asked for."""
+
+
+def accepted(kind: str) -> str:
+    """Say in words which units a kind of quantity takes, for messages."""
+    units = [unit for unit in UNITS[kind] if unit not in ("m/s2", "m/s²")]
+    return f"a number in {units[0]}, or a text with a unit ({', '.join(units)})" if units else (
+        "a number"
+    )
+
+
+def parse_quantity(value: object, kind: str) -> float:
+    """Return a quantity in SI units and radians.
+
+    Parameters
+    ----------
+    value
+        A bare number (taken as SI) or a text such as ``"80 m"``, ``"-90 deg"``, ``"30 GHz"``.
+    kind
+        A key of `UNITS`.
+
+    Raises
+    ------
+    QuantityError
+        If the value is no finite number or its unit is not of this kind.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise QuantityError(f"{value!r} is not a quantity; expected {accepted(kind)}")
+    if not isinstance(value, str):
+        number = float(value)
+    else:
+        match = _QUANTITY.fullmatch(value)
+        if match is None:
+            raise QuantityError(f"{value!r} is not a number; expected {accepted(kind)}")
+        number, unit = float(match[1]), match[2]
+        if unit is not None:
+            if unit not in UNITS[kind]:
+                raise QuantityError(f"unknown unit {unit!r} in {value!r}; expected {accepted(kind)}")
+            number *= UNITS[kind][unit]
+    if not math.isfinite(number):
+        raise QuantityError(f"{value!r} is not finite; expected {accepted(kind)}")
+    return number
