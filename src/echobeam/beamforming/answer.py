@@ -1,0 +1,79 @@
+"""What a beam design answers: beams, what they achieve, and what no design can beat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from echobeam.values import Array, ComplexArray
+
+Status = Literal["optimal", "infeasible", "fallback"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BeamAnswer:
+    """The answer to one `BeamProblem`.
+
+    Attributes
+    ----------
+    beams
+        ``(K, n_tx)`` complex, sqrt(power).
+    objective
+        Sum rate at the predicted channel, bit/s/Hz, Eq. (38a).
+    upper_bound
+        No feasible design has a larger objective; infinite where nothing was proved.
+    status
+        ``"optimal"``: feasible and converged. ``"fallback"``: the floors (38e) cannot all be met
+        (or no solver converged); the beams serve all objects fairly and the message names the
+        fault. ``"infeasible"``: no beams could be given.
+    message
+        What happened, in words.
+    rates
+        ``(K,)`` bit/s/Hz at the predicted channel.
+    max_violation
+        Largest relative violation of power, rate floors and coverage on the full grid.
+    seconds, iterations
+        What it took.
+    """
+
+    beams: ComplexArray
+    objective: float
+    upper_bound: float
+    status: Status
+    message: str
+    rates: Array
+    max_violation: float
+    seconds: float
+    iterations: int
+
+    @property
+    def gap(self) -> float:
+        """Relative certified gap: (upper_bound - objective) / objective."""
+        difference = self.upper_bound - self.objective
+        if difference <= 0.0:
+            return 0.0
+        return difference / self.objective if self.objective > 0.0 else np.inf
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BatchAnswer:
+    """The answers to a `ProblemBatch`.
+
+    Attributes
+    ----------
+    beams
+        ``(T, K, n_tx)`` complex; zero for inactive objects.
+    objective
+        ``(T,)`` bit/s/Hz.
+    fallback
+        ``(T,)`` bool: the beams are a stated fallback, see `BeamAnswer.status`.
+    messages
+        One text per trial that fell back, by trial.
+    """
+
+    beams: ComplexArray
+    objective: Array
+    fallback: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    messages: dict[int, str] = field(default_factory=dict)

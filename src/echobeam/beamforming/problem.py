@@ -1,0 +1,223 @@
+"""Problem (38): one slot's beam design, for one problem and for a batch of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from echobeam.values import Array, Axis, BoolArray, ComplexArray
+
+DEFAULT_RESOLUTION = math.radians(0.1)
+
+
+class ProblemError(ValueError):
+    """A beam problem that makes no sense; the message lists every fault."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BeamProblem:
+    """Design the beams of one slot, Eq. (38).
+
+    Attributes
+    ----------
+    angles
+        ``(K,)`` rad: the predicted angles theta-bar, where rates are evaluated and which the
+        coverage is centred on.
+    distances
+        ``(K,)`` m: the predicted distances.
+    coverage_halfwidths
+        ``(K,)`` rad: l sigma_theta of (38f), imposed at ``angle + j resolution`` for
+        ``|j| <= ceil(halfwidth / resolution)``.
+    ripple
+        Scalar or ``(K,)``: B_k of (38f), 0 to n_tx.
+    min_rate
+        Scalar or ``(K,)`` bit/s/Hz: Gamma_k of (38e).
+    power, noise
+        P_T of (38b) and sigma_C^2, linear.
+    n_tx
+        Number of transmit antennas.
+    alpha0
+        Amplitude of the channel at 1 m.
+    spacing
+        Antenna spacing in wavelengths.
+    axis
+        ``"vertical"``: the phase follows sin(angle), as in the paper; ``"horizontal"``: cos(angle).
+    resolution
+        rad: step of the coverage grid.
+    warm_start
+        ``(K, n_tx)`` complex: beams to start from, e.g. those of the last slot.
+
+    Raises
+    ------
+    ProblemError
+        If a value is out of its range or a shape does not fit; all faults in one message.
+    """
+
+    angles: Array
+    distances: Array
+    coverage_halfwidths: Array
+    ripple: Array
+    min_rate: Array
+    power: float
+    noise: float
+    n_tx: int
+    alpha0: float = 1.0
+    spacing: float = 0.5
+    axis: Axis = "vertical"
+    resolution: float = DEFAULT_RESOLUTION
+    warm_start: ComplexArray | None = None
+
+    def __post_init__(self) -> None:
+        faults: list[str] = []
+        angles = _vector("angles", self.angles, None, faults)
+        n_objects = angles.size
+        values = {
+            "angles": angles,
+            "distances": _vector("distances", self.distances, n_objects, faults),
+            "coverage_halfwidths": _vector(
+                "coverage_halfwidths", self.coverage_halfwidths, n_objects, faults
+            ),
+            "ripple": _vector("ripple", self.ripple, n_objects, faults, broadcast=True),
+            "min_rate": _vector("min_rate", self.min_rate, n_objects, faults, broadcast=True),
+        }
+        scalars = {
+            name: _scalar(name, getattr(self, name), faults)
+            for name in ("power", "noise", "alpha0", "spacing", "resolution")
+        }
+        n_tx = _scalar("n_tx", self.n_tx, faults)
+        _check(values["distances"] > 0, "distances must be positive", faults)
+        halfwidths = values["coverage_halfwidths"]
+        _check(
+            (halfwidths >= 0) & (halfwidths <= math.pi / 2),
+            "coverage_halfwidths must lie between 0 and pi/2 (the half plane)",
+            faults,
+        )
+        _check(values["ripple"] >= 0, "ripple must not be negative", faults)
+        _check(values["min_rate"] >= 0, "min_rate must not be negative", faults)
+        for name, number in scalars.items():
+            _check(number > 0, f"{name} must be positive", faults)
+        _check(n_tx >= 1 and n_tx == int(n_tx), "n_tx must be a whole number from 1", faults)
+        if self.axis not in ("vertical", "horizontal"):
+            faults.append(f"axis must be 'vertical' or 'horizontal', not {self.axis!r}")
+        warm = self.warm_start
+        if warm is not None:
+            warm = np.array(warm, dtype=complex)
+            if warm.shape != (n_objects, int(n_tx)) or not np.isfinite(warm).all():
+                faults.append(f"warm_start must be finite and of shape ({n_objects}, {int(n_tx)})")
+            warm.flags.writeable = False
+        if faults:
+            raise ProblemError("; ".join(faults))
+        for name, vector in values.items():
+            vector.flags.writeable = False
+            object.__setattr__(self, name, vector)
+        for name, number in scalars.items():
+            object.__setattr__(self, name, number)
+        object.__setattr__(self, "n_tx", int(n_tx))
+        object.__setattr__(self, "warm_start", warm)
+
+    @property
+    def n_objects(self) -> int:
+        """K."""
+        return int(self.angles.size)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProblemBatch:
+    """Many problems (38) on one array: a leading axis of ``T`` trials over `BeamProblem`.
+
+    The values come from our own trackers and are not examined again; `BeamProblem` is the
+    door for users' values.
+
+    Attributes
+    ----------
+    angles, distances, coverage_halfwidths
+        ``(T, K)``; anything where ``active`` is false.
+    ripple, min_rate
+        ``(K,)``.
+    active
+        ``(T, K)``: the objects that get a beam; those of the others are zero.
+    warm_start
+        ``(T, K, n_tx)`` complex, NaN where there is none.
+    """
+
+    angles: Array
+    distances: Array
+    coverage_halfwidths: Array
+    active: BoolArray
+    ripple: Array
+    min_rate: Array
+    power: float
+    noise: float
+    n_tx: int
+    alpha0: float = 1.0
+    spacing: float = 0.5
+    axis: Axis = "vertical"
+    resolution: float = DEFAULT_RESOLUTION
+    warm_start: ComplexArray | None = None
+
+    def __len__(self) -> int:
+        """T."""
+        return int(self.angles.shape[0])
+
+    def problem(self, trial: int) -> BeamProblem:
+        """Return one trial's problem, with its active objects only."""
+        active = self.active[trial]
+        warm = None if self.warm_start is None else self.warm_start[trial, active]
+        if warm is not None and not np.isfinite(warm).all():
+            warm = None
+        return BeamProblem(
+            angles=self.angles[trial, active],
+            distances=self.distances[trial, active],
+            coverage_halfwidths=self.coverage_halfwidths[trial, active],
+            ripple=self.ripple[active],
+            min_rate=self.min_rate[active],
+            power=self.power,
+            noise=self.noise,
+            n_tx=self.n_tx,
+            alpha0=self.alpha0,
+            spacing=self.spacing,
+            axis=self.axis,
+            resolution=self.resolution,
+            warm_start=warm,
+        )
+
+
+def _vector(
+    name: str, value: object, size: int | None, faults: list[str], broadcast: bool = False
+) -> Array:
+    fallback = np.ones(size or 0)
+    try:
+        vector = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        faults.append(f"{name} must be numbers, not {value!r}")
+        return fallback
+    if size is not None and broadcast and vector.ndim == 0:
+        vector = np.full(size, float(vector))
+    if vector.ndim != 1 or (size is not None and vector.size != size):
+        wanted = "(K,)" if size is None else f"({size},)" + (" or a scalar" if broadcast else "")
+        faults.append(f"{name} must be of shape {wanted}, not {vector.shape}")
+        return fallback
+    if not np.isfinite(vector).all():
+        faults.append(f"{name} must be finite, not {vector.tolist()}")
+        return np.ones(vector.size)
+    return vector
+
+
+def _scalar(name: str, value: object, faults: list[str]) -> float:
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        faults.append(f"{name} must be a number, not {value!r}")
+        return 1.0
+    if not math.isfinite(number):
+        faults.append(f"{name} must be finite, not {value!r}")
+        return 1.0
+    return number
+
+
+def _check(condition: bool | npt.NDArray[np.bool_], message: str, faults: list[str]) -> None:
+    if not np.all(condition):
+        faults.append(message)
