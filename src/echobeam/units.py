@@ -36,8 +36,10 @@ class QuantityError(ValueError):
 def accepted(kind: str) -> str:
     """Say in words which units a kind of quantity takes, for messages."""
     units = [unit for unit in UNITS[kind] if unit not in ("m/s2", "m/s²")]
-    return f"a number in {units[0]}, or a text with a unit ({', '.join(units)})" if units else (
-        "a number"
+    return (
+        f"a number in {units[0]}, or a text with a unit ({', '.join(units)})"
+        if units
+        else ("a number")
     )
 
 
@@ -67,7 +69,9 @@ def parse_quantity(value: object, kind: str) -> float:
         number, unit = float(match[1]), match[2]
         if unit is not None:
             if unit not in UNITS[kind]:
-                raise QuantityError(f"unknown unit {unit!r} in {value!r}; expected {accepted(kind)}")
+                raise QuantityError(
+                    f"unknown unit {unit!r} in {value!r}; expected {accepted(kind)}"
+                )
             number *= UNITS[kind][unit]
     if not math.isfinite(number):
         raise QuantityError(f"{value!r} is not finite; expected {accepted(kind)}")

@@ -1,0 +1,77 @@
+"""Writing a scenario as the complete TOML text that reads back to the same numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from echobeam.scenario.model import Scenario
+from echobeam.units import UNITS, parse_quantity
+
+_PREFERRED = {
+    "angle": ("deg",),
+    "length": ("m",),
+    "time": ("s", "ms", "us"),
+    "frequency": ("GHz", "MHz", "kHz", "Hz"),
+    "speed": ("m/s",),
+    "acceleration": ("m/s^2",),
+    "rate": ("bit/s/Hz",),
+}
+
+
+def dump_scenario(scenario: Scenario) -> str:
+    """Return a complete TOML text; loading it gives an equal scenario, bit for bit."""
+    lines = _assignments(scenario)
+    for name, field in Scenario.model_fields.items():
+        value = getattr(scenario, name)
+        if isinstance(value, BaseModel):
+            lines += ["", f"[{name}]", *_assignments(value)]
+        elif name == "objects":
+            for item in value:
+                lines += ["", f"[[{name}]]", *_assignments(item)]
+        del field
+    return "\n".join(lines) + "\n"
+
+
+def _assignments(table: BaseModel) -> list[str]:
+    lines = []
+    for name, field in type(table).model_fields.items():
+        value = getattr(table, name)
+        if value is None or isinstance(value, BaseModel) or name == "objects":
+            continue
+        lines.append(f"{name} = {_text(value, _kind(field))}")
+    return lines
+
+
+def _kind(field: FieldInfo) -> str:
+    extra = field.json_schema_extra
+    return str(extra.get("kind", "number")) if isinstance(extra, dict) else "number"
+
+
+def _text(value: Any, kind: str) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _quoted(value)
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_text(item, kind) for item in value) + "]"
+    if isinstance(value, int) or kind not in _PREFERRED:
+        return repr(value)
+    return _quantity(value, kind)
+
+
+def _quantity(value: float, kind: str) -> str:
+    """Return the shortest text with a unit that reads back exactly, else the bare SI number."""
+    texts = []
+    for unit in _PREFERRED[kind]:
+        number = value / UNITS[kind][unit]
+        texts += [f"{number:.{digits}g} {unit}" for digits in (6, 12)]
+    exact = [text for text in texts if parse_quantity(text, kind) == value]
+    return _quoted(min(exact, key=len)) if exact else repr(value)
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'

@@ -1,0 +1,231 @@
+"""Loading a scenario: a built-in name or a TOML file, with overrides, all faults at once."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from echobeam.scenario.model import Scenario
+
+BUILT_IN = (
+    "paper-multi",
+    "paper-single",
+    "paper-long",
+    "paper-trajectory",
+    "paper-height",
+    "paper-approximation",
+    "traffic",
+)
+"""Names of the scenarios that come with echobeam."""
+
+
+class ScenarioError(ValueError):
+    """A scenario that cannot be used; the message lists every fault with its file and key."""
+
+
+def preset_text(name: str) -> str:
+    """Return a built-in scenario's TOML text, comments and all.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no built-in scenario of that name.
+    """
+    if name not in BUILT_IN:
+        raise ScenarioError(f"unknown scenario {name!r}; built in are {', '.join(BUILT_IN)}")
+    return (_presets() / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def load_scenario(
+    source: str | Path, overrides: Mapping[str, object] | Sequence[str] = ()
+) -> Scenario:
+    """Load a scenario by its built-in name or from a TOML file.
+
+    Parameters
+    ----------
+    source
+        A name of `BUILT_IN`, or the path of a TOML file.
+    overrides
+        Dotted keys and their values, as a mapping ``{"uav.height": "80 m"}`` or as texts
+        ``"uav.height=80 m"``.
+
+    Raises
+    ------
+    ScenarioError
+        Names the file and, for every fault, the key, the value and what is accepted.
+    """
+    text, label, folder = _read(source)
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{label}: not a TOML file: {error}") from error
+    faults = [fault for item in _items(overrides) if (fault := _override(document, *item))]
+    return validate(document, label, folder, faults)
+
+
+def validate(
+    document: Mapping[str, Any],
+    label: str,
+    folder: Path | None = None,
+    faults: Sequence[str] = (),
+) -> Scenario:
+    """Validate a parsed scenario; trace files are looked for relative to ``folder``.
+
+    Raises
+    ------
+    ScenarioError
+        Lists the ``faults`` found before together with those found here.
+    """
+    try:
+        scenario = Scenario.model_validate(document)
+    except ValidationError as error:
+        found = [*faults, *(_fault(item) for item in error.errors())]
+        raise ScenarioError(_listed(label, found)) from None
+    if faults:
+        raise ScenarioError(_listed(label, faults))
+    if scenario.trace is not None and scenario.objects:
+        raise ScenarioError(f"{label}: objects: not together with a trace; remove one of the two")
+    if scenario.trace is not None and folder is not None and not _ships(scenario.trace.file):
+        scenario = with_trace(scenario, folder / scenario.trace.file)
+    return scenario
+
+
+def trace_path(scenario: Scenario) -> Path | None:
+    """Return where the scenario's trace lies: a file's path, or the one that ships with us."""
+    if scenario.trace is None:
+        return None
+    name = scenario.trace.file
+    return Path(str(_presets() / name)) if _ships(name) else Path(name)
+
+
+def with_trace(scenario: Scenario, path: str | Path) -> Scenario:
+    """Return the scenario with its objects moved by another trace file."""
+    table = scenario.trace.model_dump() if scenario.trace is not None else {}
+    if scenario.trace is None and scenario.objects:
+        table["max_objects"] = len(scenario.objects)
+    document = scenario.model_dump() | {"objects": (), "trace": table | {"file": str(path)}}
+    return Scenario.model_validate(document)
+
+
+def _ships(name: str) -> bool:
+    """Whether a trace's bare name is that of a trace inside the package."""
+    return Path(name).name == name and not Path(name).exists() and (_presets() / name).is_file()
+
+
+def _presets() -> Traversable:
+    return resources.files("echobeam.scenario") / "presets"
+
+
+def _read(source: str | Path) -> tuple[str, str, Path]:
+    if isinstance(source, str) and source in BUILT_IN:
+        return preset_text(source), source, Path(str(_presets()))
+    path = Path(source)
+    try:
+        return path.read_text(encoding="utf-8"), str(source), path.parent
+    except FileNotFoundError:
+        near = difflib.get_close_matches(str(source), BUILT_IN, n=1)
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        raise ScenarioError(
+            f"{source}: no such file, and no built-in scenario of that name{hint}; "
+            f"built in are {', '.join(BUILT_IN)}"
+        ) from None
+    except UnicodeDecodeError:
+        raise ScenarioError(f"{source}: not a TOML file: not UTF-8 text") from None
+    except OSError as error:
+        raise ScenarioError(f"{source}: cannot be read: {error.strerror}") from None
+
+
+def _items(overrides: Mapping[str, object] | Sequence[str]) -> list[tuple[str, object]]:
+    if isinstance(overrides, Mapping):
+        return list(overrides.items())
+    items: list[tuple[str, object]] = []
+    for text in overrides:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise ScenarioError(f"--set {text}: expected KEY=VALUE, such as uav.height='80 m'")
+        items.append((key.strip(), _value(value.strip())))
+    return items
+
+
+def _value(text: str) -> object:
+    """Read an override as TOML where it is TOML, and as plain text ("80 m") otherwise."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _override(document: dict[str, Any], key: str, value: object) -> str | None:
+    """Put a value at a dotted key; return the fault if there is no such place."""
+    place: Any = document
+    *parents, last = key.split(".")
+    for part in parents:
+        if isinstance(place, list):
+            if not part.isdecimal() or int(part) >= len(place):
+                return f"{key}: there is no item {part!r}; expected 0 to {len(place) - 1}"
+            place = place[int(part)]
+        elif isinstance(place, dict):
+            place = place.setdefault(part, {})
+        else:
+            return f"{key}: {part!r} is not a table"
+    if isinstance(place, list):
+        if not last.isdecimal() or int(last) >= len(place):
+            return f"{key}: there is no item {last!r}; expected 0 to {len(place) - 1}"
+        place[int(last)] = value
+    elif isinstance(place, dict):
+        place[last] = value
+    else:
+        return f"{key}: not a table"
+    return None
+
+
+def _listed(label: str, faults: Sequence[str]) -> str:
+    if len(faults) == 1:
+        return f"{label}: {faults[0]}"
+    return f"{label}: {len(faults)} faults\n" + "\n".join(f"  {fault}" for fault in faults)
+
+
+def _fault(error: Any) -> str:
+    """Say one of pydantic's findings as key, value and what is accepted."""
+    key = ".".join(str(part) for part in error["loc"])
+    value, kind, context = error["input"], error["type"], error.get("ctx", {})
+    if kind == "extra_forbidden":
+        names = _accepted_keys(error["loc"][:-1])
+        near = difflib.get_close_matches(str(error["loc"][-1]), names, n=1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        return f"{key}: unknown key; {hint}accepted here: {', '.join(names)}"
+    if kind == "missing":
+        return f"{key}: missing"
+    if kind == "value_error":
+        return f"{key}: {context['error']}"
+    expected = _EXPECTED.get(kind, error["msg"].removeprefix("Input should be "))
+    return f"{key}: {value!r} is not accepted; expected {expected}"
+
+
+_EXPECTED = {
+    "model_type": "a table",
+    "string_type": "a text",
+    "tuple_type": "a list",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+}
+
+
+def _accepted_keys(location: Sequence[int | str]) -> list[str]:
+    """Return the field names of the table at a location."""
+    table: type[BaseModel] = Scenario
+    for part in location:
+        if isinstance(part, int):
+            continue
+        annotation = table.model_fields[part].annotation
+        candidates = [annotation, *getattr(annotation, "__args__", ())]
+        table = next(t for t in candidates if isinstance(t, type) and issubclass(t, BaseModel))
+    return list(table.model_fields)
