@@ -7,6 +7,7 @@ from typing import assert_never
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.physics.angles import exact_cosine, exact_sine
 from echobeam.values import Array, Axis, ComplexArray
 
 
@@ -29,22 +30,23 @@ def directional_sine(theta: npt.ArrayLike, axis: Axis = "vertical") -> Array:
     Array
         ``(...)``, -1 to 1; NaN where ``theta`` is.
     """
-    theta = np.asarray(theta, dtype=float)
+    angle = np.asarray(theta, dtype=np.float64)
+    u: Array
     match axis:
         case "vertical":
-            return np.sin(theta)
+            u = np.sin(angle)
         case "horizontal":
-            return np.cos(theta)
+            u = np.cos(angle)
         case _:
             assert_never(axis)
+    return u
 
 
 def directional_slope(theta: npt.ArrayLike, axis: Axis = "vertical") -> Array:
     """Return du/dtheta of `directional_sine`: cos(theta) or -sin(theta).
 
-    Where the array is blind to small changes of the angle (90 degrees for the vertical axis,
-    0 and 180 for the horizontal one) the slope is exactly zero: the double nearest to pi/2
-    means 90 degrees, and its cosine of 6e-17 means nothing.
+    Exactly zero where the array is blind to small changes of the angle: 90 degrees for the
+    vertical axis, 0 and 180 for the horizontal one.
 
     Parameters
     ----------
@@ -53,15 +55,13 @@ def directional_slope(theta: npt.ArrayLike, axis: Axis = "vertical") -> Array:
     axis
         As in `directional_sine`.
     """
-    theta = np.asarray(theta, dtype=float)
     match axis:
         case "vertical":
-            slope = np.cos(theta)
+            return exact_cosine(theta)
         case "horizontal":
-            slope = -np.sin(theta)
+            return -exact_sine(theta)
         case _:
             assert_never(axis)
-    return np.where(np.abs(slope) < np.finfo(float).eps, 0.0, slope)
 
 
 def steering_vector(
@@ -86,7 +86,10 @@ def steering_vector(
         ``(..., n)``, each entry of modulus 1; NaN where ``theta`` is.
     """
     phase = _phase_rate(n, spacing) * directional_sine(theta, axis)[..., np.newaxis]
-    return np.exp(1j * phase)
+    vector = np.empty(phase.shape, dtype=np.complex128)
+    np.cos(phase, out=vector.real)  # several times faster than the complex exponential
+    np.sin(phase, out=vector.imag)
+    return vector
 
 
 def steering_derivative(
@@ -105,8 +108,9 @@ def steering_derivative(
         ``(..., n)``, 1/rad.
     """
     phase_slope = _phase_rate(n, spacing) * directional_slope(theta, axis)[..., np.newaxis]
-    return 1j * phase_slope * steering_vector(theta, n, spacing, axis)
+    derivative: ComplexArray = 1j * phase_slope * steering_vector(theta, n, spacing, axis)
+    return derivative
 
 
 def _phase_rate(n: int, spacing: float) -> Array:
-    return 2.0 * np.pi * spacing * np.arange(n)
+    return 2.0 * np.pi * spacing * np.arange(n, dtype=np.float64)

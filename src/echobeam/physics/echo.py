@@ -1,0 +1,92 @@
+"""The radar echo's strength: reflection coefficient and SNR, Eqs. (11) to (16)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from echobeam.physics.link import stream_gains
+from echobeam.values import Array, Axis, ComplexArray, Transmission
+
+
+def reflection_coefficient(rcs: complex, d: npt.ArrayLike) -> ComplexArray:
+    """Return beta = epsilon / d^2 of Eq. (12); the echo's power falls as d^-4.
+
+    Departs: the paper calls its constant cross-section a Swerling I target, which would
+    fluctuate from scan to scan; constant it is Swerling 0.
+
+    Parameters
+    ----------
+    rcs
+        epsilon: the complex radar cross-section.
+    d
+        ``(...)`` m.
+    """
+    return np.asarray(complex(rcs) / np.asarray(d, dtype=np.float64) ** 2, dtype=np.complex128)
+
+
+def illumination(
+    transmission: Transmission,
+    theta: npt.ArrayLike,
+    *,
+    spacing: float = 0.5,
+    axis: Axis = "vertical",
+) -> Array:
+    """Return a(theta)^H C a(theta), C all that is sent: the power towards each object, at 1 m.
+
+    It is P_T in every direction in omnidirectional slots, Eqs. (6) and (14), and the sum over
+    beams of |a^H w_i|^2 in directional ones, Eq. (16), at most N_t P_T.
+
+    Parameters
+    ----------
+    transmission, theta, spacing, axis
+        As in `echobeam.physics.link.stream_gains`.
+
+    Returns
+    -------
+    Array
+        ``(..., K)``, power; NaN for absent objects.
+    """
+    gains = stream_gains(transmission, theta, spacing=spacing, axis=axis)
+    total: Array = np.sum(gains, axis=-1) + np.sum(transmission.probing, axis=-1)[..., np.newaxis]
+    return total
+
+
+def echo_snr(
+    transmission: Transmission,
+    theta: npt.ArrayLike,
+    d: npt.ArrayLike,
+    *,
+    rcs: complex,
+    gain: float,
+    noise: float,
+    spacing: float = 0.5,
+    axis: Axis = "vertical",
+) -> Array:
+    """Return the echo's SNR per receive antenna, G_m |beta|^2 a^H C a / sigma^2, Eqs. (14), (16).
+
+    The transmit array's gain is in it, the receive array's is not. The echoes of different
+    objects are taken as separated, as the paper does.
+
+    Parameters
+    ----------
+    transmission, theta, spacing, axis
+        As in `illumination`.
+    d
+        ``(..., K)`` m.
+    rcs
+        epsilon: the complex radar cross-section.
+    gain
+        G_m: the processing gain of the matched filter.
+    noise
+        sigma^2 at the radar receiver.
+
+    Returns
+    -------
+    Array
+        ``(..., K)``; NaN for absent objects.
+    """
+    beta = reflection_coefficient(rcs, d)
+    power = illumination(transmission, theta, spacing=spacing, axis=axis)
+    snr: Array = gain * (beta.real**2 + beta.imag**2) * power / noise
+    return snr
