@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from echobeam.beamforming.certificate import Violation
 from echobeam.values import Array, ComplexArray
 
 Status = Literal["optimal", "infeasible", "fallback"]
@@ -33,7 +34,7 @@ class BeamAnswer:
     rates
         ``(K,)`` bit/s/Hz at the predicted channel.
     max_violation
-        Largest relative violation of power, rate floors and coverage on the full grid.
+        Relative violation of power, rate floors and coverage on the full grid.
     seconds, iterations
         What it took.
     """
@@ -44,7 +45,7 @@ class BeamAnswer:
     status: Status
     message: str
     rates: Array
-    max_violation: float
+    max_violation: Violation
     seconds: float
     iterations: int
 

@@ -1,0 +1,139 @@
+"""What a design keeps and what none can beat, judged without any solver.
+
+A solver never marks its own homework: nothing here imports one. The residuals are evaluated on
+the antenna weights themselves and on the full grid of (38f).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from echobeam.beamforming.coverage import coverage_grid
+from echobeam.beamforming.objective import rates
+from echobeam.beamforming.problem import BeamProblem
+from echobeam.physics.array import steering_vector
+from echobeam.values import Array, Axis, BoolArray, ComplexArray
+
+LEAST_RIPPLE = 1e-3
+"""The coverage residual is relative to the allowed ripple, but to no less than this one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """By how much a design misses each constraint of (38), relative; zero where it is met.
+
+    Attributes
+    ----------
+    power
+        (sum_k |w_k|^2 - P_T) / P_T, Eq. (38b).
+    rate
+        Largest (Gamma_k - R_k) / Gamma_k, Eq. (38e).
+    coverage
+        Largest excess over the allowed ripple, relative to it, Eq. (38f):
+        (||a^H(theta_k) w_k|^2 - |a^H(cover) w_k|^2| - B_k |w_k|^2) / (B_k |w_k|^2), on the full
+        grid; with 0.001 in place of a B_k below it in the denominator.
+    """
+
+    power: float
+    rate: float
+    coverage: float
+
+    @property
+    def largest(self) -> float:
+        """Largest of the three."""
+        return max(self.power, self.rate, self.coverage)
+
+
+def violation(problem: BeamProblem, beams: ComplexArray) -> Violation:
+    """Return how far beams are from feasible, Eqs. (38b), (38e), (38f); infinite for NaN beams.
+
+    Parameters
+    ----------
+    problem
+        The problem with K objects.
+    beams
+        ``(K, N)`` complex, sqrt(power).
+    """
+    if not np.isfinite(beams).all():
+        return Violation(np.inf, np.inf, np.inf)
+    spent = float(np.sum(np.abs(beams) ** 2))
+    grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
+    excess = coverage_excess(
+        beams, problem.angles, grid, mask, problem.ripple, problem.spacing, problem.axis
+    )
+    shortfall = rate_shortfall(rates(problem, beams), problem.min_rate)
+    return Violation(
+        power=max(0.0, spent / problem.power - 1.0),
+        rate=float(np.max(shortfall, initial=0.0)),
+        coverage=float(np.max(excess, initial=0.0)),
+    )
+
+
+def rate_shortfall(achieved: Array, min_rate: Array) -> Array:
+    """Return max(0, (Gamma_k - R_k) / Gamma_k) of Eq. (38e); zero where no floor is asked.
+
+    Parameters
+    ----------
+    achieved, min_rate
+        ``(..., K)`` and a shape that fits, bit/s/Hz.
+    """
+    floor = np.where(min_rate > 0, min_rate, 1.0)
+    return np.where(min_rate > 0, np.maximum(0.0, 1.0 - achieved / floor), 0.0)
+
+
+def coverage_excess(
+    beams: ComplexArray,
+    angles: Array,
+    grid: Array,
+    mask: BoolArray,
+    ripple: Array,
+    spacing: float = 0.5,
+    axis: Axis = "vertical",
+) -> Array:
+    """Return by how much each beam exceeds its allowed ripple, relative, Eq. (38f).
+
+    Parameters
+    ----------
+    beams
+        ``(..., K, N)`` complex.
+    angles
+        ``(..., K)`` rad: centres.
+    grid, mask
+        ``(..., K, G)``: `coverage_grid`.
+    ripple
+        ``(K,)``, or of a shape that fits: B_k.
+
+    Returns
+    -------
+    Array
+        ``(..., K)``, at least zero; zero for a beam without power.
+    """
+    n_tx = beams.shape[-1]
+    centre = _pattern(beams, steering_vector(angles, n_tx, spacing, axis)[..., np.newaxis, :])
+    cover = _pattern(beams, steering_vector(grid, n_tx, spacing, axis))
+    worst = np.max(np.where(mask, np.abs(cover - centre), 0.0), axis=-1)
+    power = np.sum(np.abs(beams) ** 2, axis=-1)
+    scale = np.maximum(ripple, LEAST_RIPPLE) * np.where(power > 0, power, 1.0)
+    excess: Array = np.maximum(0.0, (worst - ripple * power) / scale)
+    return excess
+
+
+def _pattern(beams: ComplexArray, steering: ComplexArray) -> Array:
+    response = np.conj(steering) @ beams[..., np.newaxis]
+    return np.abs(response[..., 0]) ** 2
+
+
+def numerical_rank(covariance: ComplexArray, tolerance: float = 1e-6) -> int:
+    """Return how many eigenvalues exceed ``tolerance`` times the largest, Eq. (38d).
+
+    Parameters
+    ----------
+    covariance
+        ``(N, N)``, Hermitian: W_k.
+    """
+    eigenvalues = np.linalg.eigvalsh(covariance)
+    if eigenvalues[-1] <= 0.0:
+        return 0
+    return int(np.sum(eigenvalues > tolerance * eigenvalues[-1]))
