@@ -91,7 +91,8 @@ def to_coordinates(beams: ComplexArray) -> ComplexArray:
     upper = beams[..., n_tx - half :]
     even = (upper + lower) / np.sqrt(2.0)
     odd = (upper - lower) / (1j * np.sqrt(2.0))
-    return np.concatenate([middle, even, odd], axis=-1)
+    coordinates: ComplexArray = np.concatenate([middle, even, odd], axis=-1)
+    return coordinates
 
 
 @dataclass(frozen=True, slots=True, eq=False)
