@@ -1,0 +1,1 @@
+"""Schemes: what the UAV knows and decides. Each one in its file, over the shared base."""

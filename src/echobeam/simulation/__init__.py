@@ -1,0 +1,1 @@
+"""Nature, the loop over slots, and runs of many trials."""

@@ -1,0 +1,119 @@
+"""Runs in memory: many trials as one dataset, or one trial slot by slot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from echobeam.scenario.load import ScenarioError, load_scenario
+from echobeam.scenario.model import Scenario
+from echobeam.schemes.base import Scheme
+from echobeam.schemes.doors import as_scheme
+from echobeam.schemes.registry import find_scheme
+from echobeam.simulation.blocks import Advance, check_names, cut, run_block, world_of
+from echobeam.simulation.dataset import as_dataset
+from echobeam.simulation.loop import SlotRecord, first_trial, run_slots
+from echobeam.simulation.motion import plan_motion
+from echobeam.simulation.randomness import MAX_SEED
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def simulate(
+    scenario: Scenario | str | Path,
+    schemes: Sequence[str | object] | None = None,
+    trials: int | None = None,
+    seed: int = 0,
+    *,
+    advance: Advance = lambda slots: None,
+) -> xr.Dataset:
+    """Run a scenario and return the result as a labelled dataset.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, a built-in scenario's name, or the path of a scenario file.
+    schemes
+        Names, ``path/to/file.py:name``, functions ``(prior, view) -> beams`` or whole schemes;
+        those that the scenario names if left out.
+    trials
+        Number of trials; the scenario's if left out.
+    seed
+        Same scenario, seed and version give the same numbers, bit for bit.
+    advance
+        Called with the number of trial-slots done since the last call.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables as in the result file, see the documentation's page on results.
+
+    Raises
+    ------
+    ScenarioError, SchemeError, TraceError
+        If the scenario, a scheme or a trace cannot be used.
+    """
+    scenario = as_scenario(scenario)
+    chosen = resolve_schemes(scenario, schemes)
+    count = check_count(scenario.trials if trials is None else trials, seed)
+    blocks = [run_block(scenario, chosen, seed, block, advance) for block in cut(scenario, count)]
+    return as_dataset(scenario, [scheme.name for scheme in chosen], seed, blocks)
+
+
+def slots(
+    scenario: Scenario | str | Path,
+    scheme: str | object = "temporal",
+    seed: int = 0,
+    trial: int = 0,
+) -> Iterator[SlotRecord]:
+    """Yield one trial's records slot by slot, as they happen.
+
+    Parameters
+    ----------
+    scenario, scheme, seed
+        As for `simulate`, with one scheme.
+    trial
+        Which of the seed's trials.
+    """
+    scenario = as_scenario(scenario)
+    (chosen,) = resolve_schemes(scenario, [scheme])
+    check_count(trial + 1, seed)
+    trials = range(trial, trial + 1)
+    world = world_of(scenario, seed, trials, plan_motion(scenario, seed, trials))
+    for record in run_slots(scenario, chosen, world):
+        yield first_trial(record)
+
+
+def as_scenario(scenario: Scenario | str | Path) -> Scenario:
+    """Return a scenario, loading it if its name or file is given."""
+    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+
+
+def resolve_schemes(scenario: Scenario, schemes: Sequence[str | object] | None) -> list[Scheme]:
+    """Return whole schemes for names and doors of any size, each name once."""
+    if schemes is None:
+        asked: Sequence[str | object] = scenario.schemes
+    else:
+        asked = [schemes] if isinstance(schemes, str) else schemes
+    found = [find_scheme(item) if isinstance(item, str) else as_scheme(item) for item in asked]
+    check_names(found)
+    return found
+
+
+def check_count(trials: int, seed: int) -> int:
+    """Return the number of trials if it and the seed make sense.
+
+    Raises
+    ------
+    ScenarioError
+        Otherwise.
+    """
+    if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
+        raise ScenarioError(f"trials: {trials!r} is not accepted; expected a whole number from 1")
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
+        raise ScenarioError(
+            f"seed: {seed!r} is not accepted; expected a whole number from 0 to 2^63 - 1"
+        )
+    return trials

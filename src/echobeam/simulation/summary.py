@@ -1,0 +1,186 @@
+"""What a run comes to: means with intervals, quantiles, errors and how often a design fell back.
+
+Results are read in chunks of trials, so that a summary takes little memory however long the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from echobeam.estimation.gaussian import wrap
+from echobeam.values import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CHUNK = 512
+CONFIDENCE = 0.95
+REFERENCE_SLOT = 6
+"""The slot in which the paper states its improvement over the pilot scheme."""
+
+
+@dataclass(frozen=True, slots=True)
+class SchemeSummary:
+    """One scheme's figures; ``n`` slots, ``T`` trials.
+
+    Attributes
+    ----------
+    rate_mean, rate_interval
+        ``(n,)`` and ``(n, 2)`` bit/s/Hz: mean over trials of the sum rate over objects, and its
+        95 % interval (Student's t; NaN for a single trial).
+    frame_rate_mean, frame_rate_interval
+        The same for the mean over slots.
+    frame_rate_q05
+        5 % quantile over trials and frames of a frame's mean sum rate.
+    angle_rmse, distance_rmse
+        ``(n,)`` rad, m: error of the posterior over trials and objects; NaN where there is none.
+    outage
+        Share of objects in the scene and directional slots whose rate is below ``min_rate``.
+    lost
+        Share of objects in the scene that are not known in a trial's last slot.
+    fallbacks
+        Number of designs that fell back.
+    """
+
+    rate_mean: Array
+    rate_interval: Array
+    frame_rate_mean: float
+    frame_rate_interval: tuple[float, float]
+    frame_rate_q05: float
+    angle_rmse: Array
+    distance_rmse: Array
+    outage: float
+    lost: float
+    fallbacks: int
+
+
+@dataclass(frozen=True, slots=True)
+class Improvement:
+    """How much one scheme's mean sum rate is above another's in one slot, over paired trials."""
+
+    scheme: str
+    over: str
+    slot: int
+    ratio: float
+    interval: tuple[float, float]
+
+    def __str__(self) -> str:
+        """Say it as the paper does: in per cent above."""
+        low, high = (100 * (value - 1) for value in self.interval)
+        text = (
+            f"{self.scheme} over {self.over} in slot {self.slot}: {100 * (self.ratio - 1):+.0f} %"
+        )
+        return text if np.isnan(low) else f"{text} (95 % interval {low:+.0f} to {high:+.0f} %)"
+
+
+def summarise(
+    result: xr.Dataset, min_rate: float, slots_per_frame: int
+) -> dict[str, SchemeSummary]:
+    """Return the figures of every scheme of a result."""
+    return {
+        str(name): _summarise_scheme(result, index, min_rate, slots_per_frame)
+        for index, name in enumerate(result["scheme"].values)
+    }
+
+
+def improvement(
+    result: xr.Dataset, scheme: str = "temporal", over: str = "pilot"
+) -> Improvement | None:
+    """Return the paper's headline figure, or None if a result does not hold both schemes."""
+    names = [str(name) for name in result["scheme"].values]
+    if scheme not in names or over not in names:
+        return None
+    slot = min(REFERENCE_SLOT, result.sizes["slot"])
+    above, below = (_slot_rate(result, names.index(name), slot - 1) for name in (scheme, over))
+    if not below.mean() > 0:
+        return None
+    ratio, interval = ratio_of_means(above, below)
+    return Improvement(scheme, over, slot, ratio, interval)
+
+
+def ratio_of_means(above: Array, below: Array) -> tuple[float, tuple[float, float]]:
+    """Return mean(above) / mean(below) over paired samples and its 95 % interval (delta method)."""
+    ratio = float(above.mean() / below.mean())
+    half = (
+        _half_width(float(np.std(above - ratio * below, ddof=1)), above.size)
+        if (above.size > 1)
+        else np.nan
+    )
+    half /= float(below.mean())
+    return ratio, (ratio - half, ratio + half)
+
+
+def mean_interval(values: Array) -> tuple[Array, Array]:
+    """Return mean over the first axis and its 95 % interval ``(..., 2)`` (Student's t)."""
+    n = values.shape[0]
+    mean = values.mean(axis=0)
+    if n < 2:
+        return mean, np.full((*mean.shape, 2), np.nan)
+    half = np.asarray(_half_width(values.std(axis=0, ddof=1), n))
+    return mean, np.stack([mean - half, mean + half], axis=-1)
+
+
+def _half_width(deviation: Array | float, n: int) -> Array | float:
+    from scipy.special import stdtrit
+
+    return float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2)) * deviation / np.sqrt(n)
+
+
+def _summarise_scheme(
+    result: xr.Dataset, scheme: int, min_rate: float, slots_per_frame: int
+) -> SchemeSummary:
+    n_slots = result.sizes["slot"]
+    directional = result["phase"].values[scheme] == "directional"
+    squares = np.zeros((2, n_slots))
+    counts = np.zeros((2, n_slots))
+    below = served = lost = last = fallbacks = 0
+    sums: list[Array] = []
+    for part in _chunks(result.isel(scheme=scheme)):
+        rate, present = part["rate"].values, part["present"].values
+        sums.append(np.where(present, rate, 0.0).sum(axis=-1))
+        error = part["estimated"].values[..., :2] - part["truth"].values[..., :2]
+        error[..., 0] = wrap(error[..., 0])
+        finite = np.isfinite(error)
+        squares += np.square(np.where(finite, error, 0.0)).sum(axis=(0, 2)).T
+        counts += finite.sum(axis=(0, 2)).T
+        in_service = present & directional[:, None]
+        below += int((in_service & ~(rate >= min_rate)).sum())
+        served += int(in_service.sum())
+        known = np.isfinite(part["estimated"].values[:, -1, :, 0])
+        lost += int((present[:, -1] & ~known).sum())
+        last += int(present[:, -1].sum())
+        fallbacks += int(part["fallback"].values.sum())
+    sum_rate = np.concatenate(sums)
+    frames = sum_rate.reshape(len(sum_rate), -1, slots_per_frame).mean(axis=-1)
+    rate_mean, rate_interval = mean_interval(sum_rate)
+    frame_mean, frame_interval = mean_interval(sum_rate.mean(axis=-1))
+    rmse = np.sqrt(np.divide(squares, counts, out=np.full_like(squares, np.nan), where=counts > 0))
+    return SchemeSummary(
+        rate_mean=rate_mean,
+        rate_interval=rate_interval,
+        frame_rate_mean=float(frame_mean),
+        frame_rate_interval=(float(frame_interval[0]), float(frame_interval[1])),
+        frame_rate_q05=float(np.quantile(frames, 0.05)),
+        angle_rmse=rmse[0],
+        distance_rmse=rmse[1],
+        outage=below / served if served else 0.0,
+        lost=lost / last if last else 0.0,
+        fallbacks=fallbacks,
+    )
+
+
+def _chunks(result: xr.Dataset) -> Iterator[xr.Dataset]:
+    names = ["rate", "present", "estimated", "truth", "fallback"]
+    for first in range(0, result.sizes["trial"], CHUNK):
+        yield result[names].isel(trial=slice(first, first + CHUNK)).load()
+
+
+def _slot_rate(result: xr.Dataset, scheme: int, slot: int) -> Array:
+    part = result[["rate", "present"]].isel(slot=slot)
+    rate = part["rate"].isel(scheme=scheme).values
+    total: Array = np.where(part["present"].values, rate, 0.0).sum(axis=-1)
+    return total

@@ -1,0 +1,1 @@
+"""Files: results, and the blocks that a run leaves on its way to one."""

@@ -1,0 +1,118 @@
+"""Result files: NetCDF-4, written block by block, opened by anything that reads NetCDF."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from echobeam.scenario.model import Scenario
+from echobeam.simulation.blocks import SHARED, Block
+from echobeam.simulation.dataset import VARIABLES, attributes, coordinates
+from echobeam.store.writing import StoreError, replacing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def write_result(
+    path: Path,
+    scenario: Scenario,
+    names: Sequence[str],
+    seed: int,
+    trials: int,
+    blocks: Iterable[Block],
+) -> None:
+    """Write a result file from its blocks, one in memory at a time.
+
+    Raises
+    ------
+    OSError
+        If the disk is full or the path cannot be written; the file is then not there.
+    """
+    import h5netcdf
+
+    with replacing(path) as temporary, h5netcdf.File(temporary, "w") as file:
+        file.dimensions = {
+            "scheme": len(names),
+            "trial": trials,
+            "slot": scenario.n_slots,
+            "object": scenario.n_objects,
+            "state": 3,
+            "state_b": 3,
+            "measurement": 3,
+            "antenna": scenario.array.n_tx,
+            "part": 2,
+        }
+        for name, value in attributes(scenario, seed).items():
+            file.attrs[name] = value
+        for index, block in enumerate(blocks):
+            if index == 0:
+                _write_coordinates(file, scenario, names, block)
+                _create_variables(file, block)
+            _write_block(file, block)
+
+
+def _write_coordinates(file: Any, scenario: Scenario, names: Sequence[str], block: Block) -> None:
+    import h5py
+
+    phase = block.arrays["phase"]
+    for name, (dims, values, attrs) in coordinates(scenario, names, phase).items():
+        text = values.dtype.kind == "U"
+        dtype = h5py.string_dtype() if text else values.dtype
+        variable = file.create_variable(name, dims, dtype)
+        variable[...] = values.astype(object) if text else values
+        for key, value in attrs.items():
+            variable.attrs[key] = value
+
+
+def _create_variables(file: Any, block: Block) -> None:
+    for name, variable in VARIABLES.items():
+        dtype = block.arrays[name].dtype
+        created = file.create_variable(
+            name, variable.dims, np.dtype("i1") if dtype == bool else dtype
+        )
+        created.attrs["units"] = variable.units
+        created.attrs["long_name"] = variable.long_name
+        created.attrs["coordinates"] = "time phase" if "scheme" in variable.dims else "time"
+        if dtype == bool:
+            created.attrs["dtype"] = "bool"
+
+
+def _write_block(file: Any, block: Block) -> None:
+    for name in VARIABLES:
+        values = block.arrays[name]
+        axis = 0 if name in SHARED else 1
+        rows = slice(block.first, block.first + values.shape[axis])
+        if values.size:
+            file.variables[name][(slice(None),) * axis + (rows,)] = (
+                values.astype("i1") if values.dtype == bool else values
+            )
+
+
+def open_result(path: str | Path) -> xr.Dataset:
+    """Open a result file lazily.
+
+    Raises
+    ------
+    StoreError
+        If there is no such file or it is not a result of echobeam.
+    """
+    import xarray as xr
+
+    path = Path(path)
+    if not path.is_file():
+        raise StoreError(f"{path}: no such result file; make one with `echobeam run`")
+    try:
+        result = xr.open_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError, KeyError) as error:
+        raise StoreError(f"{path}: not a NetCDF-4 file: {error}") from None
+    missing = [name for name in VARIABLES if name not in result] + [
+        name for name in ("scenario", "seed") if name not in result.attrs
+    ]
+    if missing:
+        result.close()
+        raise StoreError(f"{path}: not a result of echobeam: {', '.join(missing)} missing")
+    return result

@@ -1,0 +1,48 @@
+"""Writing files so that nobody ever sees half of one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+class StoreError(ValueError):
+    """A path that cannot be read, written or overwritten; the message says why."""
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary name beside ``path`` to write to, and rename it into place at the end.
+
+    If anything fails the temporary file is removed and ``path`` stays as it was.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def check_writable(path: Path, *, force: bool) -> None:
+    """Refuse a path that exists (without ``force``) or cannot be written, before any work is done.
+
+    Raises
+    ------
+    StoreError
+        Names the path and what could be done.
+    """
+    if path.is_dir():
+        raise StoreError(f"{path}: is a directory; give a file name, such as {path / 'result.nc'}")
+    if path.exists() and not force:
+        raise StoreError(f"{path}: exists already; give another --out, or --force to replace it")
+    if not path.parent.is_dir():
+        raise StoreError(f"{path}: there is no directory {path.parent}")
+    probe = path.with_name(f".{path.name}.{os.getpid()}.probe")
+    try:
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror}") from None
