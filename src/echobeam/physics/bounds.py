@@ -183,10 +183,10 @@ def transmit_aperture(
     df = np.concatenate([slope @ correlated, slope * single], axis=-1)
     power = np.sum(np.abs(f) ** 2, axis=-1, keepdims=True)
     share = np.sum(np.conj(f) * df, axis=-1, keepdims=True)
-    dark = power == 0.0
-    power = np.where(dark, 1.0, power)
-    residual = df - f * (share / power)
-    aperture = np.sum(np.abs(residual) ** 2, axis=-1) / power[..., 0]
+    dark = power < np.finfo(np.float64).tiny
+    per_power = 1.0 / np.where(dark, 1.0, power)  # real: a complex quotient warns of every NaN
+    residual = df - f * (share * per_power)
+    aperture = np.sum(np.abs(residual) ** 2, axis=-1) * per_power[..., 0]
     return np.where(dark[..., 0], 0.0, aperture)
 
 

@@ -13,7 +13,7 @@ def reflection_coefficient(rcs: complex, d: npt.ArrayLike) -> ComplexArray:
     """Return beta = epsilon / d^2 of Eq. (12); the echo's power falls as d^-4.
 
     Departs: the paper calls its constant cross-section a Swerling I target, which would
-    fluctuate from scan to scan; constant it is Swerling 0.
+    fluctuate from scan to scan; constant it is Swerling 0. The magnitude is infinite at d = 0.
 
     Parameters
     ----------
@@ -22,7 +22,12 @@ def reflection_coefficient(rcs: complex, d: npt.ArrayLike) -> ComplexArray:
     d
         ``(...)`` m.
     """
-    return np.asarray(complex(rcs) / np.asarray(d, dtype=np.float64) ** 2, dtype=np.complex128)
+    square = np.asarray(d, dtype=np.float64) ** 2
+    beta = np.empty(square.shape, dtype=np.complex128)
+    with np.errstate(divide="ignore", invalid="ignore"):  # d = 0: inf, by definition
+        beta.real = rcs.real / square  # a complex quotient would warn of every NaN
+        beta.imag = rcs.imag / square
+    return beta
 
 
 def illumination(
@@ -84,9 +89,10 @@ def echo_snr(
     Returns
     -------
     Array
-        ``(..., K)``; NaN for absent objects.
+        ``(..., K)``; NaN for absent objects, infinite at d = 0 if any power goes there.
     """
     beta = reflection_coefficient(rcs, d)
     power = illumination(transmission, theta, spacing=spacing, axis=axis)
-    snr: Array = gain * (beta.real**2 + beta.imag**2) * power / noise
+    with np.errstate(invalid="ignore"):  # no power on an object at d = 0: NaN
+        snr: Array = gain * np.abs(beta) ** 2 * power / noise
     return snr
