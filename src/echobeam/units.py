@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 import re
 
+from echobeam.faults import InputError
+
 SPEED_OF_LIGHT = 299_792_458.0
 """Speed of light in vacuum, m/s (exact by definition of the metre)."""
 
@@ -29,7 +31,7 @@ UNITS: dict[str, dict[str, float]] = {
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
 
 
-class QuantityError(ValueError):
+class QuantityError(InputError):
     """A text that is not a number with a unit of the kind asked for."""
 
 

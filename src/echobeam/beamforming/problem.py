@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.faults import InputError
 from echobeam.values import Array, Axis, BoolArray, ComplexArray
 
 DEFAULT_RESOLUTION = math.radians(0.1)
 
 
-class ProblemError(ValueError):
+class ProblemError(InputError):
     """A beam problem that makes no sense; the message lists every fault."""
 
 

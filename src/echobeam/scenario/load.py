@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from echobeam.faults import InputError
 from echobeam.scenario.model import Scenario
 
 BUILT_IN = (
@@ -26,7 +27,7 @@ BUILT_IN = (
 """Names of the scenarios that come with echobeam."""
 
 
-class ScenarioError(ValueError):
+class ScenarioError(InputError):
     """A scenario that cannot be used; the message lists every fault with its file and key."""
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from echobeam.faults import InputError
 from echobeam.scenario.model import ArrayTable, CoverageTable, FilterTable, RadioTable
 from echobeam.values import (
     Array,
@@ -21,7 +22,7 @@ from echobeam.values import (
 )
 
 
-class SchemeError(ValueError):
+class SchemeError(InputError):
     """A scheme that cannot be found or does not keep the rules; the message says which."""
 
 

@@ -12,6 +12,7 @@ from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 from typing import Any
 
+from echobeam.faults import RunError
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.load import trace_path
 from echobeam.scenario.model import Scenario
@@ -26,10 +27,6 @@ CRASHES_ALLOWED = 3
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 Progress = Callable[[int, int], None]
-
-
-class RunError(RuntimeError):
-    """A run that could not be finished; the message says what is kept and how to go on."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,12 +72,12 @@ def _create_variables(file: Any, block: Block) -> None:
     for name, variable in VARIABLES.items():
         dtype = block.arrays[name].dtype
         created = file.create_variable(
-            name, variable.dims, np.dtype("i1") if dtype == bool else dtype
+            name, variable.dims, np.dtype("i1") if dtype.kind == "b" else dtype
         )
         created.attrs["units"] = variable.units
         created.attrs["long_name"] = variable.long_name
         created.attrs["coordinates"] = "time phase" if "scheme" in variable.dims else "time"
-        if dtype == bool:
+        if dtype.kind == "b":
             created.attrs["dtype"] = "bool"
 
 
@@ -88,7 +88,7 @@ def _write_block(file: Any, block: Block) -> None:
         rows = slice(block.first, block.first + values.shape[axis])
         if values.size:
             file.variables[name][(slice(None),) * axis + (rows,)] = (
-                values.astype("i1") if values.dtype == bool else values
+                values.astype("i1") if values.dtype.kind == "b" else values
             )
 
 

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from echobeam.faults import InputError
 
-class StoreError(ValueError):
+
+class StoreError(InputError):
     """A path that cannot be read, written or overwritten; the message says why."""
 
 

@@ -1,0 +1,42 @@
+"""`echobeam beam`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+
+@click.command("beam")
+@click.argument("problem", type=click.Path(path_type=Path, allow_dash=True))
+@click.option(
+    "--method",
+    type=click.Choice(["fast", "sdp", "reference"]),
+    default="fast",
+    show_default=True,
+    help="How to solve it.",
+)
+def command(problem: Path, method: str) -> None:
+    r"""Design the beams of one slot from PROBLEM, a JSON file ('-' reads stdin).
+
+    \b
+    {"angles_deg": [75, 135], "distances": [103.5, 141.4],
+     "coverage_halfwidths_deg": [3, 3], "ripple": 3, "min_rate": 4e-4,
+     "power": 1, "noise": 1, "n_tx": 30}
+    """
+    from echobeam.beamforming.design import design_beams
+    from echobeam.beamforming.document import answer_document, read_problem
+    from echobeam.store.writing import StoreError
+
+    try:
+        text = (
+            click.get_text_stream("stdin").read()
+            if str(problem) == "-"
+            else (problem.read_text(encoding="utf-8"))
+        )
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise StoreError(f"{problem}: cannot be read: {reason}") from None
+    answer = design_beams(read_problem(text, str(problem)), method=method)
+    click.echo(json.dumps(answer_document(answer), indent=1, allow_nan=False))

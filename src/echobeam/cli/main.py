@@ -1,0 +1,83 @@
+"""The command `echobeam`: its subcommands, and what a fault looks like to a user."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+
+import click
+
+from echobeam.faults import InputError, RunError
+from echobeam.version import __version__
+
+COMMANDS = {
+    "scenarios": "List the built-in scenarios, or print one as a file to edit.",
+    "schemes": "List the schemes that can be run.",
+    "run": "Run a scenario and write a result.",
+    "plot": "Draw a result.",
+    "beam": "Design the beams of one slot from a JSON problem.",
+}
+"""Every command and what it does; each lives in the module of its name."""
+
+WRONG_INPUT, FAILED = 2, 1
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command's module only when the command is used."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names in the order of `COMMANDS`."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import and return a command."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"echobeam.cli.{cmd_name}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="echobeam")
+def cli() -> None:
+    """Sensing-assisted predictive beamforming: echo, estimate, track, predict, optimise, rate."""
+
+
+def main() -> None:
+    """Run the command line; faults become one message and an exit status."""
+    # one thread of linear algebra: our matrices are small, and results must not depend on it
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    try:
+        cli.main(standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(WRONG_INPUT)
+    except click.Abort:
+        _fail("interrupted", FAILED)
+    except InputError as error:
+        _fail(str(error), WRONG_INPUT)
+    except RunError as error:
+        _fail(str(error), FAILED)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(FAILED)
+    except Exception as error:
+        if os.environ.get("ECHOBEAM_DEBUG"):
+            raise
+        _fail(
+            f"a fault of echobeam itself: {type(error).__name__}: {error}\n"
+            "Please report it; ECHOBEAM_DEBUG=1 shows where it happened.",
+            FAILED,
+        )
+
+
+def _fail(message: str, status: int) -> None:
+    click.echo(f"echobeam: {message}", err=True)
+    sys.exit(status)

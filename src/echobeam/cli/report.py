@@ -1,0 +1,128 @@
+"""The summary of a run, as a table to read and as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from echobeam.scenario.model import Scenario
+from echobeam.simulation.summary import SchemeSummary, improvement, summarise
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_ROWS = 60
+
+
+def json_report(result: xr.Dataset, scenario: Scenario, path: Path) -> str:
+    """Return the summary as strict JSON: what is not a number is null."""
+    figures = summarise(result, scenario.coverage.min_rate, scenario.frame.slots_per_frame)
+    headline = improvement(result)
+    document = {
+        "scenario": scenario.name,
+        "seed": int(result.attrs["seed"]),
+        "trials": result.sizes["trial"],
+        "result": str(path),
+        "schemes": {
+            name: {key: getattr(figure, key) for key in SchemeSummary.__slots__}
+            for name, figure in figures.items()
+        },
+        "improvement": None
+        if headline is None
+        else {key: getattr(headline, key) for key in type(headline).__slots__},
+    }
+    return json.dumps(_plain(document), indent=1, allow_nan=False)
+
+
+def _plain(value: object) -> object:
+    """Return a value as JSON knows it."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def text_report(result: xr.Dataset, scenario: Scenario, path: Path) -> str:
+    """Return the table of mean sum rates with 95 % intervals, and what stands out."""
+    figures = summarise(result, scenario.coverage.min_rate, scenario.frame.slots_per_frame)
+    exponent = _exponent(figures)
+    unit = "bit/s/Hz" if exponent == 0 else f"10^{exponent} bit/s/Hz"
+    trials = result.sizes["trial"]
+    interval = ", with 95 % interval" if trials > 1 else ""
+    lines = [
+        f"{scenario.name}: mean sum rate over {trials} trial{'s' * (trials > 1)}, {unit}{interval}",
+        "",
+        *_aligned([["slot", *figures], *_rows(result, figures, scenario, 10.0**-exponent)]),
+        "",
+    ]
+    headline = improvement(result)
+    if headline is not None:
+        lines.append(str(headline))
+    fallbacks = {name: figure.fallbacks for name, figure in figures.items() if figure.fallbacks}
+    if fallbacks:
+        said = ", ".join(f"{name} {count}" for name, count in fallbacks.items())
+        lines.append(f"designs that fell back (rate floors out of reach): {said}")
+    lost = {name: figure.lost for name, figure in figures.items() if figure.lost}
+    if lost:
+        said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in lost.items())
+        lines.append(f"objects without a track in the last slot: {said}")
+    lines.append(f"result: {path}")
+    return "\n".join(lines)
+
+
+def _exponent(figures: Mapping[str, SchemeSummary]) -> int:
+    """Return the power of ten, a multiple of three, in which the rates read well."""
+    largest = max((float(figure.rate_mean.max()) for figure in figures.values()), default=0.0)
+    return 0 if largest <= 0 else min(0, 3 * math.floor(math.log10(largest) / 3))
+
+
+def _rows(
+    result: xr.Dataset, figures: Mapping[str, SchemeSummary], scenario: Scenario, scale: float
+) -> list[list[str]]:
+    """Return a row per slot, or per frame's mean where slots are too many, and the mean's row."""
+    n_slots, per_frame = result.sizes["slot"], scenario.frame.slots_per_frame
+    rows = []
+    if n_slots <= MOST_ROWS:
+        for slot in range(n_slots):
+            cells = [
+                _cell(scale * figure.rate_mean[slot], scale * figure.rate_interval[slot])
+                for figure in figures.values()
+            ]
+            rows.append([str(slot + 1), *cells])
+    else:
+        for first in range(0, n_slots, per_frame):
+            cells = [
+                f"{scale * figure.rate_mean[first : first + per_frame].mean():.3f}"
+                for figure in figures.values()
+            ]
+            rows.append([f"{first + 1}-{first + per_frame}", *cells])
+    means = [
+        _cell(scale * figure.frame_rate_mean, scale * np.array(figure.frame_rate_interval))
+        for figure in figures.values()
+    ]
+    return [*rows, ["mean", *means]]
+
+
+def _cell(mean: float, interval: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
+    half = (interval[1] - interval[0]) / 2
+    return f"{mean:.3f}" if np.isnan(half) else f"{mean:.3f} ± {half:.3f}"
+
+
+def _aligned(rows: list[list[str]]) -> list[str]:
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = [
+        "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    ]
+    rule = "-" * len(lines[0])
+    return [lines[0], rule, *lines[1:-1], rule, lines[-1]]
