@@ -1,0 +1,159 @@
+import math
+import tomllib
+
+import pytest
+
+from echobeam.scenario import (
+    BUILT_IN,
+    ScenarioError,
+    dump_scenario,
+    load_scenario,
+    preset_text,
+    validate,
+    with_trace,
+)
+from echobeam.scenario.model import Scenario
+
+PAPER = [name for name in BUILT_IN if name.startswith("paper")]
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_dumped_scenario_reads_back_bit_for_bit(name):
+    scenario = load_scenario(name)
+    assert validate(tomllib.loads(dump_scenario(scenario)), "dumped") == scenario
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_preset_is_complete(name):
+    """Every key is written out, so that the printed file shows all that can be edited."""
+    document = tomllib.loads(preset_text(name))
+    for table, field in Scenario.model_fields.items():
+        if table in ("trace", "objects"):
+            continue
+        assert table in document, table
+        keys = getattr(field.annotation, "model_fields", {})
+        assert set(keys) == set(document[table] if keys else ()), table
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_a_preset_takes_the_papers_table_of_parameters(name):
+    scenario = load_scenario(name)
+    assert (scenario.array.n_tx, scenario.array.n_rx, scenario.array.spacing) == (30, 30, 0.5)
+    assert scenario.radar.bandwidth == 80e6
+    assert scenario.radar.pulse_length == pytest.approx(0.01e-3)
+    assert (scenario.radar.gain, scenario.radar.rcs) == (10, (120, 120))
+    assert scenario.radio.carrier == 30e9
+    assert (scenario.radio.noise, scenario.radar.noise, scenario.radio.alpha0) == (1, 1, 1)
+    assert scenario.filter.angle_std == pytest.approx(math.radians(0.02))
+    assert (scenario.filter.distance_std, scenario.filter.velocity_std) == (0.2, 0.5)
+    assert scenario.coverage.width == 3
+    assert scenario.coverage.resolution == pytest.approx(math.radians(0.1))
+    assert (scenario.radar.crb, scenario.radar.model) == ("paper", "crb")
+    assert scenario.filter.evolution == "paper"
+
+
+def test_the_two_objects_start_where_the_captions_say():
+    objects = load_scenario("paper-multi").objects
+    assert [math.degrees(item.angle) for item in objects] == pytest.approx([75, 135])
+    assert [(item.velocity, item.acceleration) for item in objects] == [(30, -5), (-3, 1)]
+
+
+def test_all_faults_are_reported_together_with_file_key_value_and_what_is_accepted(tmp_path):
+    file = tmp_path / "bad.toml"
+    text = preset_text("paper-multi")
+    text = text.replace("n_tx = 30", "n_tx = -3").replace('"100 m"', '"100 kg"')
+    file.write_text(text.replace("ripple = 3", "riple = 3"))
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(file, {"objects.9.angle": 1.0})
+    message = str(caught.value)
+    assert message.startswith(f"{file}: 4 faults")
+    assert "array.n_tx: -3 is not accepted; expected greater than or equal to 1" in message
+    assert "uav.height: unknown unit 'kg'" in message
+    assert "coverage.riple: unknown key; did you mean 'ripple'?" in message
+    assert "objects.9.angle: there is no item '9'" in message
+
+
+@pytest.mark.parametrize(
+    ("override", "word"),
+    [
+        ("array.n_tx=0", "greater than or equal to 1"),
+        ("array.n_tx=2.5", "whole number"),
+        ("array.axis=up", "'vertical' or 'horizontal'"),
+        ("objects.0.angle=0 deg", "greater than 0"),
+        ("objects.0.angle=180 deg", "less than"),
+        ("objects.0.angle=nan", "not finite"),
+        ("radio.power=inf", "not finite"),
+        ("radio.power=0", "greater than 0"),
+        ("radio.power=1 W", "unknown unit"),
+        ("radar.crb=maybe", "'paper' or 'exact'"),
+        ("coverage.ripple=-1", "negative"),
+        ("coverage.ripple=-1 N_t", "negative"),
+        ("coverage.ripple=many", "N_t"),
+        ("frame.frames=true", "whole number"),
+        ("truth.process_noise=7", "true or false"),
+        ("schemes=3", "a list"),
+        ("schemes=[3]", "a text"),
+        ("objects=5", "a list"),
+        ("array=5", "a table"),
+        ("nothing.here=1", "unknown key"),
+        ("array.n_tx.deeper=1", "not a table"),
+        ("array", "KEY=VALUE"),
+        ("=5", "KEY=VALUE"),
+    ],
+)
+def test_a_bad_override_is_one_clear_message(override, word):
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario("paper-multi", [override])
+    assert word in str(caught.value)
+
+
+def test_overrides_take_units_and_lists():
+    scenario = load_scenario(
+        "paper-multi",
+        ['uav.height="80 m"', "objects.0.angle=60 deg", "schemes=['omni']", "array.n_tx = 64"],
+    )
+    assert scenario.uav.height == 80
+    assert scenario.objects[0].angle == pytest.approx(math.pi / 3)
+    assert scenario.schemes == ("omni",)
+    assert scenario.array.n_tx == 64
+
+
+def test_ripple_may_follow_the_array():
+    scenario = load_scenario("paper-multi", ["coverage.ripple=0.1 N_t", "array.n_tx=64"])
+    assert scenario.ripple == pytest.approx(6.4)
+    assert load_scenario("paper-multi").ripple == 3
+
+
+def test_no_objects_is_a_scenario():
+    assert load_scenario("paper-multi", {"objects": []}).n_objects == 0
+
+
+def test_a_missing_file_names_what_is_near():
+    with pytest.raises(ScenarioError, match=r"did you mean 'paper-multi'"):
+        load_scenario("paper-mutli")
+
+
+def test_what_is_not_toml_says_so(tmp_path):
+    file = tmp_path / "x.toml"
+    file.write_text("= what\n")
+    with pytest.raises(ScenarioError, match=r"not a TOML file.*line 1"):
+        load_scenario(file)
+    file.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ScenarioError, match="UTF-8"):
+        load_scenario(file)
+    with pytest.raises(ScenarioError, match="cannot be read"):
+        load_scenario(tmp_path)
+
+
+def test_a_trace_takes_the_objects_place(tmp_path):
+    scenario = with_trace(load_scenario("paper-multi"), tmp_path / "t.csv")
+    assert scenario.objects == ()
+    assert scenario.trace is not None
+    assert scenario.trace.max_objects == 2
+    with pytest.raises(ScenarioError, match="not together with a trace"):
+        load_scenario("paper-multi", {"trace": {"file": "t.csv"}})
+
+
+def test_a_scenario_is_frozen():
+    with pytest.raises(ValueError, match="frozen"):
+        load_scenario("paper-multi").name = "other"

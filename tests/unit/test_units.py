@@ -1,0 +1,53 @@
+import math
+
+import pytest
+
+from echobeam.units import UNITS, QuantityError, parse_quantity
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "value"),
+    [
+        ("80 m", "length", 80.0),
+        ("80m", "length", 80.0),
+        (" 0.1 km ", "length", 100.0),
+        ("-90 deg", "angle", -math.pi / 2),
+        ("30 GHz", "frequency", 30e9),
+        ("0.01 ms", "time", 1e-5),
+        ("54 km/h", "speed", 15.0),
+        ("-5 m/s^2", "acceleration", -5.0),
+        ("4e-4 bit/s/Hz", "rate", 4e-4),
+        ("1e3", "number", 1000.0),
+        (7, "length", 7.0),
+    ],
+)
+def test_a_quantity_is_read_in_si(text, kind, value):
+    assert parse_quantity(text, kind) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "word"),
+    [
+        ("80 kg", "length", "unknown unit 'kg'"),
+        ("80 m", "angle", "rad"),
+        ("fast", "speed", "not a number"),
+        ("", "speed", "not a number"),
+        ("nan", "speed", "not a number"),
+        (math.nan, "speed", "not finite"),
+        (math.inf, "speed", "not finite"),
+        ("1e999 m", "length", "not finite"),
+        (True, "length", "not a quantity"),
+        (None, "length", "not a quantity"),
+        ([1], "length", "not a quantity"),
+        ("5 m/s", "number", "unknown unit"),
+    ],
+)
+def test_what_is_no_quantity_says_what_would_be(text, kind, word):
+    with pytest.raises(QuantityError, match=r"expected") as caught:
+        parse_quantity(text, kind)
+    assert word in str(caught.value)
+
+
+def test_every_kind_counts_its_si_unit_as_one():
+    for units in UNITS.values():
+        assert not units or 1.0 in units.values()
