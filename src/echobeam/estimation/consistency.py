@@ -1,0 +1,97 @@
+"""Whether a filter's covariances are honest: normalised squared errors and their bands.
+
+A matched filter's normalised estimation error squared (NEES) is chi-square distributed with as
+many degrees of freedom as the state has components, its normalised innovation squared (NIS) with
+as many as were measured. Larger means say that the filter is overconfident, smaller ones that it
+is timid.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.estimation.gaussian import wrap
+from echobeam.values import Array
+
+
+def nees(error: Array, cov: Array, angles: tuple[int, ...] = (0,)) -> Array:
+    """Return the normalised estimation error squared, e^T P^-1 e, ``(...)``.
+
+    Parameters
+    ----------
+    error
+        ``(..., S)``: estimate minus truth; NaN gives NaN.
+    cov
+        ``(..., S, S)``, positive definite: covariance of the estimate.
+    angles
+        Components of the error that are angles; they are wrapped to (-pi, pi].
+    """
+    error = _wrapped(error, angles)
+    scale = np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
+    # The components' units differ by many orders; their correlations do not.
+    correlation = cov / (scale[..., :, None] * scale[..., None, :])
+    return _square_norm(error / scale, correlation)
+
+
+def nis(
+    innovation: Array, cov: Array, H: Array, variance: Array, angles: tuple[int, ...] = (0,)
+) -> Array:
+    """Return the normalised innovation squared, nu^T (H P H^T + Q_m)^-1 nu, ``(...)``.
+
+    Parameters
+    ----------
+    innovation
+        ``(..., M)``: measured minus predicted. A component that is not finite, or whose variance
+        is not, does not count, neither here nor in the degrees of freedom.
+    cov
+        ``(..., S, S)``: prior covariance.
+    H
+        ``(..., M, S)``: Jacobian of the measurement at the prior mean.
+    variance
+        ``(..., M)``, positive: of the measurement noise.
+    angles
+        Components of the innovation that are angles; they are wrapped to (-pi, pi].
+    """
+    used = np.isfinite(variance) & np.isfinite(innovation)
+    scale = np.sqrt(np.where(used, variance, 1.0))
+    whitened = _wrapped(np.where(used, innovation, 0.0), angles) / scale
+    rows = np.where(used[..., None], H, 0.0) / scale[..., None]
+    spread = rows @ cov @ np.swapaxes(rows, -1, -2) + np.eye(variance.shape[-1])
+    return _square_norm(whitened, spread)
+
+
+def chi_square_band(
+    degrees: float, samples: float, confidence: float = 0.95
+) -> tuple[float, float]:
+    """Return the band in which a mean of independent chi-square variables lies.
+
+    Parameters
+    ----------
+    degrees
+        Degrees of freedom of each: state components (NEES) or measured components (NIS).
+    samples
+        Number of independent variables in the mean, for instance trials; those of successive
+        slots of one track are not independent (NEES).
+    confidence
+        Probability of the band; half of the rest is below it and half above.
+    """
+    from scipy.stats import chi2
+
+    tail = 0.5 * (1.0 - confidence)
+    low, high = chi2.ppf([tail, 1.0 - tail], degrees * samples) / samples
+    return float(low), float(high)
+
+
+def _wrapped(error: Array, angles: tuple[int, ...]) -> Array:
+    """Return a copy of the errors with the angles among them wrapped."""
+    error = np.array(error, dtype=np.float64)
+    for component in angles:
+        error[..., component] = wrap(error[..., component])
+    return error
+
+
+def _square_norm(error: Array, cov: Array) -> Array:
+    """Return e^T C^-1 e over the batch."""
+    weighted = np.linalg.solve(cov, error[..., None])[..., 0]
+    total: Array = np.sum(error * weighted, axis=-1)
+    return total
