@@ -1,0 +1,1 @@
+"""Models of motion and measurement, the filter on them, and the life of a track."""
