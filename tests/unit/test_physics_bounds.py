@@ -179,7 +179,7 @@ def test_exact_bound_is_the_trace_formula_with_explicit_matrices():
     total = np.trace(slope @ c @ slope.conj().T).real - abs(cross) ** 2 / echo_power
     level = illumination(sent, np.array([theta]))[0]  # G_m |beta|^2 / sigma^2 = 1
     actual = one(sent, theta, level, "exact", n_rx)[0]
-    assert actual == pytest.approx(1 / (2 * total), rel=1e-12)
+    assert actual == pytest.approx(1 / (2 * total), rel=1e-12, abs=0)
 
 
 def test_rank_one_has_no_transmit_aperture_even_far_off_the_beam():
@@ -200,6 +200,7 @@ def test_no_echo_means_infinite_variances(crb):
     np.testing.assert_array_equal(one(OMNI[30], 1.0, 0.0, crb, 30), np.inf)
     silent = directional(np.zeros((1, 4), dtype=complex))
     np.testing.assert_array_equal(one(silent, 1.0, 0.0, crb, 4), np.inf)
+    np.testing.assert_array_equal(transmit_aperture(silent, np.array([1.0])), 0.0)
 
 
 @pytest.mark.parametrize("crb", ["paper", "exact"])

@@ -90,7 +90,7 @@ def test_zero_distance_is_an_infinite_echo():
 def test_absent_objects_get_nan_alone_and_none_at_all_an_empty_answer():
     sent = omni(np.array([True, False]), 1.0, 4)
     snr = echo_snr(sent, np.array([1.0, np.nan]), np.array([100.0, np.nan]), **RADAR)
-    assert snr[0] == pytest.approx(10 * 28800 / 100.0**4, rel=1e-14)
+    assert snr[0] == pytest.approx(10 * 28800 / 100.0**4, rel=1e-14, abs=0)
     assert np.isnan(snr[1])
     empty = np.zeros((3, 0))
     assert echo_snr(omni(empty > 0, 1.0, 4), empty, empty, **RADAR).shape == (3, 0)

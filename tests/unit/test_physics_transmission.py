@@ -17,7 +17,9 @@ def covariances(transmission, k):
 
 @pytest.mark.parametrize(("k", "n"), [(4, 4), (9, 4), (1, 1), (3, 1)])
 def test_enough_objects_give_the_white_covariance_of_eq_6(k, n):
-    _, total = covariances(omni(np.ones(k, dtype=bool), 2.5, n), k)
+    streams, total = covariances(omni(np.ones(k, dtype=bool), 2.5, n), k)
+    for stream in streams:
+        np.testing.assert_allclose(stream, 2.5 / (k * n) * np.eye(n), rtol=1e-14, atol=1e-15)
     np.testing.assert_allclose(total, 2.5 / n * np.eye(n), rtol=1e-14, atol=1e-15)
 
 
@@ -72,4 +74,4 @@ def test_radiated_power_is_the_trace_of_the_covariance():
     rng = np.random.default_rng(2)
     sent = directional(rng.normal(size=(2, 4)) + 1j * rng.normal(size=(2, 4)))
     sent = type(sent)(sent.beams, rng.random((2, 4)), rng.random(4))
-    assert radiated_power(sent) == pytest.approx(np.trace(covariances(sent, 2)[1]).real)
+    assert radiated_power(sent) == pytest.approx(np.trace(covariances(sent, 2)[1]).real, rel=1e-14)

@@ -1,6 +1,6 @@
 """How well a state can be measured: Cramer-Rao bounds of angle, delay and Doppler.
 
-Two versions. ``"paper"``: Eqs. (20) to (23) as printed, but with the antenna spacing in (23).
+Two versions. ``"paper"``: Eq. (20) to Eq. (23) as printed, but with the antenna spacing in (23).
 ``"exact"``: the Fisher information of a monostatic MIMO radar that does not know the complex
 reflection coefficient, for any transmit covariance C. With A = b a^H and its derivative
 A' = b' a^H + b a'^H the information on the angle is
@@ -8,7 +8,7 @@ A' = b' a^H + b a'^H the information on the angle is
     J = (2 G_m |beta|^2 / sigma^2) [tr(A' C A'^H) - |tr(A C A'^H)|^2 / tr(A C A^H)].
 
 Written out, the products of receive and transmit terms cancel, and with
-SNR = G_m |beta|^2 a^H C a / sigma^2, Eqs. (14) and (16), two apertures are left that add up:
+SNR = G_m |beta|^2 a^H C a / sigma^2, Eq. (14) and Eq. (16), two apertures are left that add up:
 
     J = 2 SNR N_r (xi_r^2 + xi_t^2),
     xi_r^2 = |b'|^2 / N_r - |b^H b'|^2 / N_r^2,
@@ -53,7 +53,7 @@ def measurement_variance(
     spacing: float = 0.5,
     axis: Axis = "vertical",
 ) -> Array:
-    """Return the Cramer-Rao bounds of angle, delay and Doppler, Eqs. (20) to (23).
+    """Return the Cramer-Rao bounds of angle, delay and Doppler, Eq. (20) to Eq. (23).
 
     Infinite where nothing is learnt: without an echo (SNR = 0), and for the angle with a single
     antenna or where the array is blind (90 degrees for the vertical axis).
@@ -70,7 +70,7 @@ def measurement_variance(
     theta
         ``(..., K)`` rad.
     snr
-        ``(..., K)``: echo SNR per receive antenna, Eqs. (14) and (16).
+        ``(..., K)``: echo SNR per receive antenna, Eq. (14) and Eq. (16).
     crb
         ``"paper"`` or ``"exact"``.
     n_rx
@@ -107,7 +107,7 @@ def measurement_variance(
 
 
 def effective_variance(variance: Array, snr: npt.ArrayLike) -> Array:
-    """Return the variances of what an estimator would report, from the bounds of Eqs. (20) to (22).
+    """Return the variances an estimator would report, from the bounds of Eq. (20) to Eq. (22).
 
     Where there is no echo (SNR zero, or NaN for an absent object) nothing is measured: infinite
     variances. Elsewhere the variance of the angle is at most pi^2 / 12: an estimate is never

@@ -1,4 +1,4 @@
-"""The radar echo's strength: reflection coefficient and SNR, Eqs. (11) to (16)."""
+"""The radar echo's strength: reflection coefficient and SNR, Eq. (11) to Eq. (16)."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def illumination(
 ) -> Array:
     """Return a(theta)^H C a(theta), C all that is sent: the power towards each object, at 1 m.
 
-    It is P_T in every direction in omnidirectional slots, Eqs. (6) and (14), and the sum over
+    It is P_T in every direction in omnidirectional slots, Eq. (6) and Eq. (14), and the sum over
     beams of |a^H w_i|^2 in directional ones, Eq. (16), at most N_t P_T.
 
     Parameters
@@ -68,10 +68,10 @@ def echo_snr(
     spacing: float = 0.5,
     axis: Axis = "vertical",
 ) -> Array:
-    """Return the echo's SNR per receive antenna, G_m |beta|^2 a^H C a / sigma^2, Eqs. (14), (16).
+    """Return the echo's SNR G_m |beta|^2 a^H C a / sigma^2 of one receive antenna.
 
-    The transmit array's gain is in it, the receive array's is not. The echoes of different
-    objects are taken as separated, as the paper does.
+    Eq. (14) and Eq. (16): the transmit array's gain is in it, the receive array's is not. The
+    echoes of different objects are taken as separated, as the paper does.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The downlink: channel, SINR and rate of every object, Eqs. (3) to (10)."""
+"""The downlink: channel, SINR and rate of every object, Eq. (3) to Eq. (10)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def channel(
     Returns
     -------
     ComplexArray
-        ``(..., n_tx)``; the received signal is h^H x, Eqs. (5) and (9).
+        ``(..., n_tx)``; the received signal is h^H x, Eq. (5) and Eq. (9).
     """
     distance = np.asarray(d, dtype=np.float64)
     gain = alpha0 / distance * np.exp(2j * np.pi * distance / wavelength)

@@ -1,4 +1,4 @@
-"""What the radar measures of a state, without its noise: h(e) of Eqs. (17) to (19)."""
+"""What the radar measures of a state, without its noise: h(e) of Eq. (17) to Eq. (19)."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def measure(
     uav_heading: Array | float,
     carrier: float,
 ) -> Array:
-    """Return angle, delay tau = 2 d / c and Doppler mu = -(2 f_c / c) dd/dt, Eqs. (17) to (19).
+    """Return angle, delay tau = 2 d / c and Doppler mu = -(2 f_c / c) dd/dt, Eq. (17) to Eq. (19).
 
     Parameters
     ----------

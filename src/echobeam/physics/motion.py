@@ -1,4 +1,4 @@
-"""How the UAV and the objects really move: exact geometry, Eqs. (25) to (28)."""
+"""How the UAV and the objects really move: exact geometry, Eq. (25) to Eq. (28)."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def move_object(
 
     The displacements relative to the UAV are I = v^u sin(theta^u) DT, Eq. (26), in height and
     II = v DT + a DT^2 / 2 - v^u cos(theta^u) DT, Eq. (27) with acceleration, along the road; the
-    new distance is that of Eqs. (25) and (28). Acceleration goes on when the object has come to
+    new distance is that of Eq. (25) and Eq. (28). Acceleration goes on when the object has come to
     a stop, so that it reverses. The UAV does not go below the ground: the angle stays within 0
     to 180 degrees, and is 0 by definition when the UAV stands on the object (d = 0).
 
