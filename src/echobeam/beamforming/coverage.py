@@ -52,8 +52,10 @@ def coverage_grid(angles: Array, halfwidths: Array, resolution: float) -> tuple[
     return grid, mask
 
 
-def sparse_cover(phases: Array, mask: BoolArray, n_tx: int) -> BoolArray:
-    """Select about four grid points per Nyquist lobe and the ends: a start for cuts.
+def sparse_cover(
+    phases: Array, mask: BoolArray, n_tx: int, per_lobe: int = POINTS_PER_LOBE
+) -> BoolArray:
+    """Select a few grid points per Nyquist lobe and the ends: a start for cuts.
 
     Parameters
     ----------
@@ -63,6 +65,8 @@ def sparse_cover(phases: Array, mask: BoolArray, n_tx: int) -> BoolArray:
         ``(..., G)``: the points of the cover.
     n_tx
         N, number of antennas.
+    per_lobe
+        Points per Nyquist lobe 2 pi / N of the phase.
 
     Returns
     -------
@@ -70,7 +74,7 @@ def sparse_cover(phases: Array, mask: BoolArray, n_tx: int) -> BoolArray:
         ``(..., G)``, a part of ``mask``; always with the ends of the cover, and with the extremes
         of the phase, which lie inside where the cover crosses the array's axis.
     """
-    cell = np.floor(phases * (POINTS_PER_LOBE * n_tx / (2.0 * np.pi)))
+    cell = np.floor(phases * (per_lobe * n_tx / (2.0 * np.pi)))
     chosen = np.zeros(mask.shape, dtype=bool)
     chosen[..., 1:] = cell[..., 1:] != cell[..., :-1]
     before = np.zeros(mask.shape, dtype=bool)

@@ -18,11 +18,12 @@ import numpy as np
 from echobeam.physics.array import directional_sine
 from echobeam.values import Array, Axis, ComplexArray, IntArray
 
-SPAN_TOLERANCE = 1e-8
+SPAN_TOLERANCE = 1e-5
 """Directions with a smaller singular value (relative to the largest) are left out of the span.
 
 A lifted beam lies inside the span, so its pattern in reduced coordinates is its true pattern
-whatever this value; only optimality depends on it.
+whatever this value; only optimality depends on it, and quadratically: 1e-4 was measured to cost
+less than 1e-9 of the gain, and every dimension less saves a quarter of a semidefinite solve.
 """
 
 SAMPLES_PER_LOBE = 4
@@ -125,7 +126,7 @@ class Subspace:
         What a beam has outside the span goes into the spare direction, as far as there is one.
         """
         coordinates = to_coordinates(beams)
-        reduced = np.einsum("...nr,...n->...r", self.basis, coordinates)
+        reduced: ComplexArray = np.einsum("...nr,...n->...r", self.basis, coordinates)
         power = np.sum(np.abs(coordinates) ** 2, axis=-1) - np.sum(np.abs(reduced) ** 2, axis=-1)
         spare = (self.dimension - 1)[..., np.newaxis]
         value = np.take_along_axis(reduced, spare, axis=-1)

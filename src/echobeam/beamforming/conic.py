@@ -1,0 +1,203 @@
+"""Semidefinite programmes over one small real matrix per beam, through Clarabel's own API.
+
+All programmes of this room have one form: matrices X_k (positive semidefinite) and a few free
+scalars, tied by shared rows; and rows ``<= 0`` of each matrix alone, the coverage. Matrices are
+handled as vectors of their upper triangle, column by column, off-diagonals times sqrt(2), so that
+inner products are kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from echobeam.values import Array, IntArray
+
+TOLERANCE = 1e-9
+
+IMPOSSIBLE = (
+    "PrimalInfeasible",
+    "DualInfeasible",
+    "AlmostPrimalInfeasible",
+    "AlmostDualInfeasible",
+    "Unsolved",
+)
+
+
+def triangle(size: int) -> tuple[IntArray, IntArray, Array]:
+    """Return rows, columns and weights of the scaled upper triangle, column by column."""
+    column, row = (index.astype(np.int64) for index in np.tril_indices(size))
+    return row, column, np.where(row == column, 1.0, np.sqrt(2.0))
+
+
+def squares(vectors: Array) -> Array:
+    """Return v v^T as triangle vectors: ``(..., r)`` to ``(..., r (r + 1) / 2)``."""
+    row, column, weight = triangle(vectors.shape[-1])
+    product: Array = vectors[..., row] * vectors[..., column] * weight
+    return product
+
+
+def identity(size: int) -> Array:
+    """Return the identity as a triangle vector; its inner product with a matrix is the trace."""
+    row, column, _ = triangle(size)
+    return np.asarray(row == column, dtype=float)
+
+
+def matrix(vector: Array, size: int) -> Array:
+    """Return the symmetric matrix of a triangle vector."""
+    row, column, weight = triangle(size)
+    full = np.zeros((size, size))
+    full[row, column] = vector / weight
+    full[column, row] = vector / weight
+    return full
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Programme:
+    """Minimise ``sum_k cost_k . X_k + free_cost . z + z^T diag(curvature) z / 2``.
+
+    Attributes
+    ----------
+    sizes
+        Size of each X_k.
+    cost
+        Per matrix, ``(m_k,)``.
+    equal, equal_free, equal_to
+        ``sum_k equal_k X_k + equal_free z = equal_to``: per matrix ``(E, m_k)``; ``(E, F)``;
+        ``(E,)``.
+    most, most_of
+        ``sum_k most_k X_k <= most_of``: per matrix ``(L, m_k)``; ``(L,)``.
+    own
+        Per matrix, ``(J_k, m_k)``: ``own_k X_k <= 0``.
+    free_cost, curvature
+        ``(F,)``: of the free scalars z.
+    """
+
+    sizes: list[int]
+    cost: list[Array]
+    most: list[Array]
+    most_of: Array
+    own: list[Array]
+    equal: list[Array] | None = None
+    equal_free: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    equal_to: Array = field(default_factory=lambda: np.zeros(0))
+    free_cost: Array = field(default_factory=lambda: np.zeros(0))
+    curvature: Array = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConicAnswer:
+    """What Clarabel returned.
+
+    Attributes
+    ----------
+    matrices
+        X_k, with what is left of negative eigenvalues.
+    own_multipliers
+        Per matrix, ``(J_k,)``: of ``own_k X_k <= 0``.
+    usable
+        Finite, and not known to be impossible: a point to be judged, whatever its accuracy.
+    infeasible
+        Clarabel proved that nothing meets the constraints.
+    objective
+        Of the minimisation.
+    """
+
+    matrices: list[Array]
+    own_multipliers: list[Array]
+    usable: bool
+    infeasible: bool
+    objective: float
+
+
+def solve(programme: Programme, tolerance: float = TOLERANCE) -> ConicAnswer:
+    """Solve a programme with Clarabel.
+
+    Equilibration is off: scaling a semidefinite cone as a whole it was seen to spoil these
+    programmes, whose rows are of one size as they come.
+    """
+    import clarabel
+    from scipy import sparse
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_threads = 1
+    settings.equilibrate_enable = False
+    settings.presolve_enable = False
+    settings.chordal_decomposition_enable = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    columns, constants = _constraints(programme)
+    triangles = [block.size for block in programme.cost]
+    quadratic = sparse.diags_array(
+        np.concatenate([np.zeros(sum(triangles)), programme.curvature]), format="csc"
+    )
+    cones = [
+        clarabel.ZeroConeT(programme.equal_to.size),
+        clarabel.NonnegativeConeT(programme.most_of.size + sum(len(own) for own in programme.own)),
+        *(clarabel.PSDTriangleConeT(size) for size in programme.sizes),
+    ]
+    solver = clarabel.DefaultSolver(
+        sparse.csc_matrix(quadratic),
+        np.concatenate([*programme.cost, programme.free_cost]),
+        columns,
+        constants,
+        cones,
+        settings,
+    )
+    return _read(programme, solver.solve())
+
+
+def _constraints(programme: Programme) -> tuple[object, Array]:
+    """Return A and b of A x + s = b: per matrix a dense strip and a diagonal below it."""
+    from scipy import sparse
+
+    n_equal, n_most = programme.equal_to.size, programme.most_of.size
+    shared = n_equal + n_most
+    row_own = shared
+    row_cone = shared + sum(len(own) for own in programme.own)
+    data, indices, counts = [], [], []
+    for k, own in enumerate(programme.own):
+        width = programme.cost[k].size
+        equal = np.zeros((0, width)) if programme.equal is None else programme.equal[k]
+        strip = np.concatenate([equal, programme.most[k], own, np.full((1, width), -1.0)])
+        rows = np.concatenate([np.arange(shared), row_own + np.arange(len(own)), [0]])
+        places = np.broadcast_to(rows, (width, rows.size)).copy()
+        places[:, -1] = row_cone + np.arange(width)
+        data.append(strip.T.ravel())
+        indices.append(places.ravel())
+        counts.append(np.full(width, rows.size))
+        row_own += len(own)
+        row_cone += width
+    n_free = programme.free_cost.size
+    if n_free:
+        data.append(programme.equal_free.T.ravel())
+        indices.append(np.tile(np.arange(n_equal), n_free))
+        counts.append(np.full(n_free, n_equal))
+    pointers = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
+    size = (row_cone, pointers.size - 1)
+    constants = np.zeros(row_cone)
+    constants[:shared] = np.concatenate([programme.equal_to, programme.most_of])
+    return (
+        sparse.csc_matrix((np.concatenate(data), np.concatenate(indices), pointers), shape=size),
+        constants,
+    )
+
+
+def _read(programme: Programme, solution: object) -> ConicAnswer:
+    status = str(solution.status)  # type: ignore[attr-defined]
+    point = np.array(solution.x)  # type: ignore[attr-defined]
+    multipliers = np.array(solution.z)  # type: ignore[attr-defined]
+    matrices, own_multipliers = [], []
+    place, row = 0, programme.equal_to.size + programme.most_of.size
+    for size, cost, own in zip(programme.sizes, programme.cost, programme.own, strict=True):
+        matrices.append(matrix(point[place : place + cost.size], size))
+        own_multipliers.append(multipliers[row : row + len(own)])
+        place, row = place + cost.size, row + len(own)
+    return ConicAnswer(
+        matrices=matrices,
+        own_multipliers=own_multipliers,
+        usable=status not in IMPOSSIBLE and bool(np.isfinite(point).all()),
+        infeasible=status == "PrimalInfeasible",
+        objective=float(solution.obj_val),  # type: ignore[attr-defined]
+    )

@@ -1,0 +1,169 @@
+"""Rate floors (38e) that cannot all be met: say which, and serve all objects fairly.
+
+Coverage alone never fails (one antenna has a flat pattern), so floors are the only constraint
+that can be impossible. Then every floor Gamma_k is scaled by the same factor, the largest for
+which beams exist: max-min fairness with the floors as weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from echobeam.beamforming import conic
+from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.model import Model, model_gains
+from echobeam.beamforming.power import least_powers
+from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.proposal import Proposal
+from echobeam.beamforming.recovery import recover_beams
+from echobeam.beamforming.sdp import Design, floor_rows, solve_on_grid
+from echobeam.beamforming.shape import Shape, cover_rows
+from echobeam.values import Array, BoolArray
+
+MOST_ROUNDS = 12
+ENOUGH = 1e-7
+"""Relative rise of the common factor at which the search ends."""
+
+BISECTIONS = 60
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fair:
+    """The largest common part of the floors that can be met.
+
+    Attributes
+    ----------
+    factor
+        Of every Gamma_k; 1 if all floors can be met.
+    design
+        Covariances that meet the scaled floors with all the power.
+    """
+
+    factor: float
+    design: Design
+
+
+def fair_proposal(problem: BeamProblem, model: Model, shapes: list[Shape]) -> Proposal:
+    """Return the beams that meet the largest common part of the floors, and what is at fault.
+
+    Parameters
+    ----------
+    problem, model
+        The problem whose floors (38e) cannot all be met, and its reduced form.
+    shapes
+        Best shape of each beam alone.
+    """
+    fair = largest_factor(model, shapes)
+    scaled = replace(model, threshold=np.expm1(fair.factor * np.log1p(model.threshold)))
+    gains = np.array([shape.bound for shape in shapes])
+    unbound = interference_free_bound(gains, model.loss, 0.0 * model.threshold)
+    return Proposal(
+        beams=recover_beams(scaled, fair.design.covariances) * np.sqrt(problem.power),
+        upper_bound=min(unbound, dirty_paper_bound(model.channels, model.loss)),
+        status="fallback",
+        message=_message(problem.min_rate, fair.factor, _alone(model, shapes)),
+        iterations=fair.design.solves + sum(shape.solves for shape in shapes),
+    )
+
+
+def largest_factor(model: Model, shapes: list[Shape]) -> Fair:
+    """Return the largest common factor of the floors (38e) that beams can meet.
+
+    For given shapes the factor is a matter of powers alone; for a given factor the shapes of
+    least power are a convex problem. The two in turn climb to the answer as Newton's method does.
+    """
+    units = [shape.covariance for shape in shapes]
+    design = Design(units, [shape.cuts for shape in shapes], 0)
+    factor, design = _spread(model, units, design)
+    for _ in range(MOST_ROUNDS):
+        if factor >= 1.0:
+            break
+        found = _least_power(model, factor, design)
+        if found is None:
+            break
+        units = [c / max(float(np.trace(c)), np.finfo(float).tiny) for c in found.covariances]
+        solved = replace(found, solves=design.solves + found.solves)
+        higher, better = _spread(model, units, solved)
+        rise = higher - factor
+        if rise > 0.0:
+            factor, design = higher, better
+        if rise <= ENOUGH * factor:
+            break
+    return Fair(factor, design)
+
+
+def _spread(model: Model, units: list[Array], design: Design) -> tuple[float, Design]:
+    """Return the largest factor for given shapes, and the design that reaches it."""
+    gains = model_gains(model, units)
+    low, high, best = 0.0, 1.0, None
+    for factor in (1.0, *np.full(BISECTIONS, np.nan)):
+        tried = float(factor) if np.isfinite(factor) else (low + high) / 2.0
+        powers = least_powers(gains, model.loss, _scaled_threshold(model, tried))
+        if powers is not None and float(np.sum(powers)) <= 1.0:
+            low, best = tried, powers
+            if tried == 1.0:
+                break
+        else:
+            high = tried
+    if best is None:
+        best = np.full(len(units), 1.0 / len(units))
+    best = best / float(np.sum(best))
+    covariances = [power * unit for power, unit in zip(best, units, strict=True)]
+    return low, replace(design, covariances=covariances)
+
+
+def _scaled_threshold(model: Model, factor: float) -> Array:
+    return np.expm1(factor * np.log1p(model.threshold))
+
+
+def _least_power(model: Model, factor: float, around: Design) -> Design | None:
+    """Return the covariances of least power that meet the floors times a factor."""
+    scaled = replace(model, threshold=_scaled_threshold(model, factor))
+
+    def programme(scales: Array, cuts: list[BoolArray]) -> conic.Programme:
+        forms = [
+            scale * conic.squares(beam.channels)
+            for scale, beam in zip(scales, scaled.beams, strict=True)
+        ]
+        floors, floors_of = floor_rows(scaled, forms)
+        return conic.Programme(
+            sizes=[beam.size for beam in scaled.beams],
+            cost=[
+                scale / float(np.sum(scales)) * conic.identity(beam.size)
+                for scale, beam in zip(scales, scaled.beams, strict=True)
+            ],
+            most=floors,
+            most_of=floors_of,
+            own=[cover_rows(beam, cut) for beam, cut in zip(scaled.beams, cuts, strict=True)],
+        )
+
+    powers = np.array([float(np.trace(c)) for c in around.covariances])
+    return solve_on_grid(scaled, np.maximum(powers, 1e-6), around.cuts, programme)
+
+
+def _alone(model: Model, shapes: list[Shape]) -> Array:
+    """Return the rate that each object could have with all the power and no other beam."""
+    gains = np.array([shape.bound for shape in shapes])
+    return np.asarray(np.log1p(gains / model.loss) / np.log(2.0))
+
+
+def _message(min_rate: Array, factor: float, alone: Array) -> str:
+    """Say which floors are at fault, in words."""
+    if factor >= 1.0:
+        return "the floors can be met, but the solver did not converge; beams of least power"
+    hopeless = np.flatnonzero(min_rate > alone)
+    if hopeless.size:
+        faults = [
+            f"object {k}: floor {min_rate[k]:.3g} bit/s/Hz, at most {alone[k]:.3g} reachable"
+            for k in hopeless
+        ]
+    else:
+        faults = [
+            f"object {k}: floor {floor:.3g} bit/s/Hz, {factor * floor:.3g} reachable"
+            for k, floor in enumerate(min_rate)
+            if floor > 0.0
+        ]
+        faults[0] = "the floors cannot be met together; " + faults[0]
+    return "; ".join(faults) + f"; all floors scaled by {factor:.4g}"

@@ -1,0 +1,122 @@
+"""Method "sdp": the reduced relaxation of (38), its proof, and rank-one beams from it.
+
+Best shapes alone, a bound from them, then the joint climb where beams disturb each other or
+floors bind; other starts where the bound leaves room for something better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.fallback import fair_proposal
+from echobeam.beamforming.model import Model, build_model, model_gains
+from echobeam.beamforming.objective import sinr
+from echobeam.beamforming.power import spend
+from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.proposal import Proposal
+from echobeam.beamforming.recovery import recover_beams
+from echobeam.beamforming.sdp import Design, improve, sum_rate
+from echobeam.beamforming.shape import Shape, best_shape
+from echobeam.values import Array
+
+PROVED = 1e-8
+"""Relative gap at which a design is taken as the best one without further search."""
+
+DOUBTFUL = 3e-3
+"""Relative gap above which other starts are tried."""
+
+FLOOR_DIGITS = 1e-6
+CRUMB = 1e-3
+SEPARABLE = 1e-6
+
+
+def solve(problem: BeamProblem) -> Proposal:
+    """Solve problem (38) with K >= 1 objects through its reduced relaxation, Eqs. (51)-(54)."""
+    model = build_model(problem)
+    shapes = [best_shape(beam) for beam in model.beams]
+    bound = upper_bound(model, shapes)
+    design = _search(model, shapes, bound)
+    if design is None:
+        return fair_proposal(problem, model, shapes)
+    beams = recover_beams(model, design.covariances)
+    return Proposal(
+        beams=beams * np.sqrt(problem.power),
+        upper_bound=bound,
+        status="optimal",
+        message="",
+        iterations=design.solves + sum(shape.solves for shape in shapes),
+    )
+
+
+def upper_bound(model: Model, shapes: list[Shape]) -> float:
+    """Return the smallest bound that could be proved from the shapes' bounds, bit/s/Hz."""
+    gains = np.array([shape.bound for shape in shapes])
+    free = interference_free_bound(gains, model.loss, model.threshold)
+    return min(free, dirty_paper_bound(model.channels, model.loss))
+
+
+def _search(model: Model, shapes: list[Shape], bound: float) -> Design | None:
+    """Return the best design found, None if the floors (38e) could not be met."""
+    units = [shape.covariance for shape in shapes]
+    cuts = [shape.cuts for shape in shapes]
+    if impossible_alone(model, shapes):
+        return None
+    powers = spend(model_gains(model, units), model.loss, model.threshold)
+    designs = [] if powers is None else [Design(_scaled(units, powers), cuts, 0)]
+    if designs and _gap(model, designs[0], bound) <= PROVED:
+        return designs[0]
+    for covariances in _starts(model, units, powers):
+        design = improve(model, Design(covariances, cuts, 0))
+        if design is not None and meets_floors(model, design):
+            designs.append(design)
+        if not designs or _gap(model, designs[-1], bound) <= DOUBTFUL:
+            break
+    return max(designs, key=lambda design: _value(model, design), default=None)
+
+
+def impossible_alone(model: Model, shapes: list[Shape]) -> bool:
+    """Tell whether the floors take more than the power even if beams did not disturb each other."""
+    gains = np.array([shape.bound for shape in shapes])
+    return bool(np.sum(model.threshold * model.loss / gains) > 1.0)
+
+
+def meets_floors(model: Model, design: Design) -> bool:
+    """Tell whether a design keeps the floors (38e), but for the last digits."""
+    reached = sinr(model_gains(model, design.covariances), model.loss)
+    return bool(np.all(reached >= model.threshold * (1.0 - FLOOR_DIGITS)))
+
+
+def _starts(model: Model, units: list[Array], powers: Array | None) -> Iterator[list[Array]]:
+    """Give places to approximate from: water-filling, clean separation, one object for all."""
+    n_objects = len(units)
+    equal = np.full(n_objects, 1.0 / n_objects)
+    yield _scaled(units, equal if powers is None else powers)
+    yield _scaled([_separating(model, k) for k in range(n_objects)], equal)
+    for favourite in range(n_objects):
+        yield _scaled(units, np.where(np.arange(n_objects) == favourite, 1.0, CRUMB))
+
+
+def _separating(model: Model, k: int) -> Array:
+    """Return the matched beam of one object, cleared of what the others would hear."""
+    beam = model.beams[k]
+    foreign, _ = np.linalg.qr(np.delete(beam.channels, k, axis=0).T)
+    left = beam.own - foreign @ (foreign.T @ beam.own)
+    size = float(left @ left)
+    if size <= SEPARABLE * float(beam.own @ beam.own):
+        left, size = beam.own, float(beam.own @ beam.own)
+    return np.outer(left, left) / size
+
+
+def _scaled(units: list[Array], powers: Array) -> list[Array]:
+    return [power * unit for power, unit in zip(powers, units, strict=True)]
+
+
+def _value(model: Model, design: Design) -> float:
+    return float(sum_rate(model_gains(model, design.covariances), model.loss) / np.log(2.0))
+
+
+def _gap(model: Model, design: Design, bound: float) -> float:
+    return bound / _value(model, design) - 1.0
