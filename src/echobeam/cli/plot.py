@@ -15,17 +15,31 @@ import click
     metavar="PATH",
     help="Stem and suffix of the pictures: .png, .pdf or .svg. Default: the result's name, PNG.",
 )
-def command(result: Path, out: Path | None) -> None:
+@click.option(
+    "--kind",
+    "kinds",
+    multiple=True,
+    type=click.Choice(["rate", "tracking", "patterns", "trajectories"]),
+    help="Which picture; repeatable. Default: all.",
+)
+def command(result: Path, out: Path | None, kinds: tuple[str, ...]) -> None:
     r"""Draw RESULT: rate, tracking error against its bound, beam patterns, trajectories.
 
     \b
     echobeam plot paper-multi.nc
     echobeam plot paper-multi.nc --out figures/multi.pdf
     """
+    import tomllib
+
     from echobeam.plots import draw_all
+    from echobeam.scenario.load import validate
+    from echobeam.simulation.bound import with_bound
     from echobeam.store.result import open_result
 
     target = out or result.with_suffix(".png")
     with open_result(result) as dataset:
-        for path in draw_all(dataset, target.with_suffix(""), target.suffix or ".png"):
+        scenario = validate(tomllib.loads(dataset.attrs["scenario"]), str(result))
+        bounded = with_bound(dataset, scenario)
+        stem, suffix = target.with_suffix(""), target.suffix or ".png"
+        for path in draw_all(bounded, stem, suffix, kinds or None):
             click.echo(path)

@@ -9,6 +9,7 @@ from os import environ
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.model import Scenario
@@ -18,6 +19,8 @@ from echobeam.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
+
+AnyArray = npt.NDArray[np.generic]
 
 _PER_OBJECT = ("scheme", "trial", "slot", "object")
 
@@ -65,10 +68,8 @@ VARIABLES: dict[str, Variable] = {
 
 
 def coordinates(
-    scenario: Scenario, names: Sequence[str], phase: np.ndarray[tuple[int, ...], np.dtype[np.str_]]
-) -> dict[
-    str, tuple[tuple[str, ...], np.ndarray[tuple[int, ...], np.dtype[np.generic]], dict[str, str]]
-]:
+    scenario: Scenario, names: Sequence[str], phase: AnyArray
+) -> dict[str, tuple[tuple[str, ...], AnyArray, dict[str, str]]]:
     """Return the coordinates of a result: name to dimensions, values and attributes."""
     slots = np.arange(scenario.n_slots)
     return {

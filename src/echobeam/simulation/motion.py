@@ -74,7 +74,9 @@ def _kinematic(scenario: Scenario, path: UavPath, seed: int, trials: Sequence[in
     truth = [state]
     for slot in range(scenario.n_slots - 1):
         moved = move_object(
-            *np.moveaxis(state, -1, 0),
+            state[..., 0],
+            state[..., 1],
+            state[..., 2],
             acceleration,
             path.speed[slot],
             path.heading[slot],
@@ -95,7 +97,8 @@ def _process_noise(scenario: Scenario, seed: int, trials: Sequence[int]) -> Arra
         scenario.filter.distance_std,
         scenario.filter.velocity_std,
     ]
-    return standard_normals(seed, trials, Stream.PROCESS, shape) * np.array(std)
+    noise: Array = standard_normals(seed, trials, Stream.PROCESS, shape) * np.array(std)
+    return noise
 
 
 def _traced(scenario: Scenario, path: UavPath) -> Motion:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from echobeam.estimation.gaussian import wrap
 from echobeam.values import Array
@@ -105,12 +106,8 @@ def improvement(
 def ratio_of_means(above: Array, below: Array) -> tuple[float, tuple[float, float]]:
     """Return mean(above) / mean(below) over paired samples and its 95 % interval (delta method)."""
     ratio = float(above.mean() / below.mean())
-    half = (
-        _half_width(float(np.std(above - ratio * below, ddof=1)), above.size)
-        if (above.size > 1)
-        else np.nan
-    )
-    half /= float(below.mean())
+    deviation = np.std(above - ratio * below, ddof=1) if above.size > 1 else np.nan
+    half = float(_half_width(deviation, above.size) / below.mean())
     return ratio, (ratio - half, ratio + half)
 
 
@@ -118,16 +115,17 @@ def mean_interval(values: Array) -> tuple[Array, Array]:
     """Return mean over the first axis and its 95 % interval ``(..., 2)`` (Student's t)."""
     n = values.shape[0]
     mean = values.mean(axis=0)
-    if n < 2:
-        return mean, np.full((*mean.shape, 2), np.nan)
-    half = np.asarray(_half_width(values.std(axis=0, ddof=1), n))
+    deviation = values.std(axis=0, ddof=1) if n > 1 else np.full(mean.shape, np.nan)
+    half = _half_width(deviation, n)
     return mean, np.stack([mean - half, mean + half], axis=-1)
 
 
-def _half_width(deviation: Array | float, n: int) -> Array | float:
+def _half_width(deviation: npt.ArrayLike, n: int) -> Array:
     from scipy.special import stdtrit
 
-    return float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2)) * deviation / np.sqrt(n)
+    quantile = float(stdtrit(max(n - 1, 1), 0.5 + CONFIDENCE / 2))
+    half: Array = np.asarray(deviation) * (quantile / np.sqrt(n))
+    return half
 
 
 def _summarise_scheme(

@@ -118,6 +118,11 @@ class BlockFiles:
         except (OSError, zipfile.BadZipFile):
             return False
 
+    def remove_if_empty(self) -> None:
+        """Remove the directory if no block was finished."""
+        if not any(self.directory.glob("*.npz")):
+            self.remove()
+
     def remove(self) -> None:
         """Remove the directory, when its result is in place."""
         shutil.rmtree(self.directory)

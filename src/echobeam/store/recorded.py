@@ -12,11 +12,12 @@ from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 from typing import Any
 
-from echobeam.faults import RunError
+from echobeam.faults import InputError, RunError
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.load import trace_path
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.blocks import cut, run_block
+from echobeam.simulation.motion import plan_motion
 from echobeam.simulation.run import check_count, resolve_schemes
 from echobeam.store.block_files import BlockFiles, Job, digest
 from echobeam.store.result import write_result
@@ -76,6 +77,7 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     check_count(recording.trials, recording.seed)
     check_writable(recording.out, force=recording.force)
     names = [scheme.name for scheme in resolve_schemes(scenario, recording.schemes)]
+    plan_motion(scenario, recording.seed, range(1))  # a trace that cannot be used says so now
     blocks = cut(scenario, recording.trials)
     files = BlockFiles.beside(recording.out)
     files.begin(_job(recording), resume=recording.resume, force=recording.force)
@@ -91,6 +93,9 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
             recording.trials,
             (files.read(index) for index in range(len(blocks))),
         )
+    except InputError:
+        files.remove_if_empty()  # a scheme broke the rules: nothing to go on with
+        raise
     except OSError as error:
         raise RunError(f"{error.strerror or error}; {_kept(files, blocks)}") from error
     except KeyboardInterrupt:

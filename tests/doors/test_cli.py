@@ -1,0 +1,265 @@
+"""The command line as a user meets it: real processes, real files, exit statuses."""
+
+import contextlib
+import io
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from echobeam.cli.main import main
+from echobeam.scenario import BUILT_IN, preset_text
+
+LIGHT = ["--scheme", "water-filling", "--scheme", "omni"]
+
+
+@dataclass(frozen=True)
+class Done:
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def echobeam(*arguments, cwd=None, stdin=None):
+    """Run the command line in this process: a second faster than in one of its own."""
+    out, err = io.StringIO(), io.StringIO()
+    argv, status = ["echobeam", *map(str, arguments)], 0
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        patch.setattr(sys, "argv", argv)
+        patch.setenv("COLUMNS", "100")
+        patch.setattr(sys, "stdin", io.StringIO(stdin or ""))
+        if cwd is not None:
+            patch.chdir(cwd)
+        try:
+            main()
+        except SystemExit as stop:
+            status = stop.code or 0
+    return Done(status, out.getvalue(), err.getvalue())
+
+
+def process(*arguments, cwd=None):
+    command = [sys.executable, "-c", "from echobeam.cli.main import main; main()"]
+    return subprocess.run(
+        [*command, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120
+    )
+
+
+def refused(done, *words):
+    """Status 2, one clear message, no traceback, nothing on stdout."""
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    for word in words:
+        assert word in done.stderr
+
+
+def test_help_is_light():
+    code = (
+        "import sys; from echobeam.cli.main import cli;"
+        "cli.main(['--help'], standalone_mode=False);"
+        "heavy = {'numpy','scipy','xarray','matplotlib','clarabel','cvxpy','pydantic','rich'};"
+        "sys.exit(', '.join(heavy & set(sys.modules)) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_importing_the_package_is_light():
+    code = (
+        "import sys, echobeam; sys.exit(', '.join({'numpy','scipy','xarray'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_scenarios_are_listed_and_printed(tmp_path):
+    listed = echobeam("scenarios").stdout.splitlines()
+    assert [line.split()[0] for line in listed] == list(BUILT_IN)
+    printed = echobeam("scenarios", "paper-multi").stdout
+    assert printed == preset_text("paper-multi")
+    (tmp_path / "mine.toml").write_text(printed.replace('name = "paper-multi"', 'name = "mine"'))
+    done = echobeam("run", "mine.toml", *LIGHT, "--trials", 2, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "mine.nc").is_file()
+
+
+def test_schemes_are_listed():
+    names = [line.split()[0] for line in echobeam("schemes").stdout.splitlines()]
+    assert {"temporal", "pilot", "water-filling", "genie", "omni"} <= set(names)
+
+
+def test_a_run_writes_a_result_and_prints_a_table(tmp_path):
+    done = echobeam("run", "paper-multi", *LIGHT, "--trials", 5, "--out", "r.nc", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "water-filling" in done.stdout
+    assert "r.nc" in done.stdout
+    assert "±" in done.stdout
+    assert "100%" in done.stderr
+    with xr.open_dataset(tmp_path / "r.nc") as result:
+        assert dict(result.sizes) == {
+            "scheme": 2, "trial": 5, "slot": 10, "object": 2, "state": 3, "state_b": 3,
+            "measurement": 3, "antenna": 30, "part": 2,
+        }  # fmt: skip
+        assert result["scheme"].values.tolist() == ["water-filling", "omni"]
+        assert result["slot"].values.tolist() == list(range(1, 11))
+        assert result["time"].values[0] == 0
+        assert result["present"].dtype == bool
+        assert result["phase"].dims == ("scheme", "slot")
+        assert tomllib.loads(result.attrs["scenario"])["name"] == "paper-multi"
+        assert result.attrs["seed"] == 0
+    assert not list(tmp_path.glob("*.blocks"))
+
+
+def test_json_and_nothing_else_on_stdout(tmp_path):
+    done = echobeam(
+        "run", "paper-multi", *LIGHT, "--trials", 4, "--seed", 7, "--json", "--quiet", cwd=tmp_path
+    )
+    assert done.returncode == 0
+    assert done.stderr == ""
+    document = json.loads(done.stdout)
+    assert (document["scenario"], document["seed"], document["trials"]) == ("paper-multi", 7, 4)
+    figures = document["schemes"]["omni"]
+    assert len(figures["rate_mean"]) == len(figures["rate_interval"]) == 10
+    assert {"frame_rate_mean", "frame_rate_q05", "angle_rmse", "fallbacks"} <= set(figures)
+    with xr.open_dataset(tmp_path / document["result"]) as result:
+        rates = result["rate"].sel(scheme="omni").sum("object")
+        np.testing.assert_allclose(figures["rate_mean"], rates.mean("trial"), rtol=1e-12)
+        error = (result["estimated"] - result["truth"]).sel(scheme="omni", state="angle")
+        rmse = np.sqrt((error**2).mean(("trial", "object")))
+        np.testing.assert_allclose(figures["angle_rmse"], rmse, rtol=1e-9)
+
+
+def test_one_trial_has_no_interval(tmp_path):
+    done = echobeam("run", "paper-multi", *LIGHT, "--trials", 1, "--json", cwd=tmp_path)
+    assert json.loads(done.stdout)["schemes"]["omni"]["rate_interval"][0] == [None, None]
+
+
+def test_processes_do_not_change_a_bit(tmp_path):
+    arguments = ("run", "paper-single", *LIGHT, "--trials", 300, "--quiet")
+    assert echobeam(*arguments, "--out", "one.nc", cwd=tmp_path).returncode == 0
+    done = process(*arguments, "--out", "two.nc", "--jobs", 2, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    with xr.open_dataset(tmp_path / "one.nc") as one, xr.open_dataset(tmp_path / "two.nc") as two:
+        for name in one.data_vars:
+            np.testing.assert_array_equal(one[name].values, two[name].values)
+
+
+def test_an_existing_result_is_kept(tmp_path):
+    arguments = ("run", "paper-multi", *LIGHT, "--trials", 1, "--quiet", "--out", "r.nc")
+    assert echobeam(*arguments, cwd=tmp_path).returncode == 0
+    before = (tmp_path / "r.nc").read_bytes()
+    refused(echobeam(*arguments, cwd=tmp_path), "exists already", "--force")
+    assert (tmp_path / "r.nc").read_bytes() == before
+    assert echobeam(*arguments, "--force", cwd=tmp_path).returncode == 0
+
+
+SCHEME_FILES = {
+    "raises.py": "raise RuntimeError('boom')",
+    "late.py": "def f(prior, view):\n    raise RuntimeError('later')",
+}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "nowhere.toml"], ["nowhere.toml", "no such file"]),
+        (["run", "text.toml"], ["text.toml", "not a TOML file"]),
+        (["run", "unknown.toml"], ["unknown.toml", "speling", "unknown key"]),
+        (["run", "paper-multi", "--set", "uav.height=80 kg"], ["uav.height", "kg", "km"]),
+        (["run", "paper-multi", "--set", "array.n_tx=-3"], ["array.n_tx", "-3"]),
+        (["run", "paper-multi", "--set", "objects.0.angle=0 deg"], ["objects.0.angle"]),
+        (["run", "paper-multi", "--set", "objects.0.angle=180 deg"], ["objects.0.angle"]),
+        (["run", "paper-multi", "--set", "radio.power=nan"], ["radio.power", "nan"]),
+        (["run", "paper-multi", "--set", "nonsense"], ["nonsense", "KEY=VALUE"]),
+        (["run", "paper-multi", "--scheme", "temproal"], ["temproal", "did you mean"]),
+        (["run", "paper-multi", "--scheme", "raises.py:f"], ["raises.py", "boom"]),
+        (["run", "paper-multi", "--scheme", "late.py:f"], ["later", "slot 2"]),
+        (["run", "paper-multi", "--trials", "0"], ["trials", "0"]),
+        (["run", "paper-multi", "--trials", "many"], ["trials", "many"]),
+        (["run", "paper-multi", "--seed", "-1"], ["seed", "-1"]),
+        (["run", "paper-multi", "--out", "no/where/r.nc"], ["no/where", "no directory"]),
+        (["run", "paper-multi", "--out", "."], ["directory"]),
+        (["run", "paper-multi", "--jobs", "0"], ["jobs"]),
+        (["run", "paper-multi", "--trace", "nowhere.csv"], ["nowhere.csv"]),
+        (["run", "paper-multi", "--trace", "empty.csv"], ["empty.csv"]),
+        (["run", "paper-multi", "--trace", "cut.xml"], ["cut.xml"]),
+        (["run", "paper-multi", "--trace", "cut.csv.gz"], ["cut.csv.gz"]),
+        (["run", "paper-multi", "--trace", "point.csv"], ["point.csv"]),
+        (["run"], ["SCENARIO"]),
+        (["run", "paper-multi", "--bogus"], ["--bogus"]),
+        (["bogus"], ["bogus"]),
+        (["scenarios", "bogus"], ["bogus", "paper-multi"]),
+        (["plot", "nowhere.nc"], ["nowhere.nc"]),
+        (["plot", "text.toml"], ["text.toml"]),
+        (["beam", "nowhere.json"], ["nowhere.json"]),
+        (["beam", "text.toml"], ["text.toml"]),
+    ],
+)
+def test_wrong_input_is_one_message_and_status_2(tmp_path, arguments, words):
+    (tmp_path / "text.toml").write_text("this is no toml")
+    (tmp_path / "unknown.toml").write_text(preset_text("paper-multi") + "\n[speling]\nx = 1\n")
+    (tmp_path / "empty.csv").write_text("")
+    (tmp_path / "cut.xml").write_text('<fcd-export><timestep time="0"><vehicle id="a" x="1" y=')
+    (tmp_path / "cut.csv.gz").write_bytes(b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\x03\x4b\x04")
+    (tmp_path / "point.csv").write_text("t,id,x,y,speed\n0,a,1,2,3\n")
+    for name, text in SCHEME_FILES.items():
+        (tmp_path / name).write_text(text)
+    light = [] if "--scheme" in arguments or arguments[0] != "run" else LIGHT
+    refused(echobeam(*arguments, *light, cwd=tmp_path), *words)
+    assert not list(tmp_path.glob("*.nc"))
+
+
+def test_all_faults_of_a_file_are_reported_together(tmp_path):
+    text = (
+        preset_text("paper-multi")
+        .replace("n_tx = 30", "n_tx = -3")
+        .replace("ripple = 3", "riple = 3")
+    )
+    (tmp_path / "bad.toml").write_text(text)
+    refused(echobeam("run", "bad.toml", cwd=tmp_path), "2 faults", "array.n_tx", "coverage.riple")
+
+
+def test_zero_objects_run_as_sensing_only(tmp_path):
+    done = echobeam("run", "paper-multi", "--set", "objects=[]", "--trials", 2, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "0.000" in done.stdout
+
+
+def test_a_csv_trace_moves_the_objects(tmp_path):
+    rows = [f"{t / 2},car{c},{20 * c + 5 * t},0,10" for t in range(20) for c in range(2)]
+    (tmp_path / "trace.csv").write_text("\n".join(["t,id,x,y,speed", *rows]))
+    done = echobeam(
+        "run", "paper-multi", *LIGHT, "--trace", "trace.csv", "--trials", 2, "--out", "r.nc",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    with xr.open_dataset(tmp_path / "r.nc") as result:
+        assert result["present"].values.all()
+        speed = result["truth"].sel(state="velocity").values
+        np.testing.assert_allclose(np.abs(speed), 10, rtol=1e-6)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")
+def test_a_place_that_cannot_be_written(tmp_path):
+    tmp_path.chmod(0o500)
+    refused(echobeam("run", "paper-multi", "--out", tmp_path / "r.nc"), "cannot be written")
+
+
+def test_plot_draws_every_picture(tmp_path):
+    echobeam("run", "paper-multi", *LIGHT, "--trials", 3, "--out", "r.nc", "--quiet", cwd=tmp_path)
+    done = echobeam("plot", "r.nc", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for kind in ("rate", "tracking", "patterns", "trajectories"):
+        assert (tmp_path / f"r-{kind}.png").read_bytes().startswith(b"\x89PNG")
+    done = echobeam("plot", "r.nc", "--kind", "rate", "--out", "figure.svg", cwd=tmp_path)
+    assert "<svg" in (tmp_path / "figure-rate.svg").read_text()
+    refused(echobeam("plot", "r.nc", "--out", "figure.doc", cwd=tmp_path), "doc")

@@ -1,0 +1,137 @@
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import echobeam as eb
+from echobeam.schemes.base import SchemeError
+from echobeam.schemes.doors import as_scheme, scheme
+from echobeam.schemes.registry import available, find_scheme
+from echobeam.schemes.water_filling import WaterFilling
+from echobeam.testing.conformance import small_scenario
+
+SOURCE = """
+import numpy as np
+import echobeam as eb
+
+@eb.scheme("aimed")
+def my_function(prior, view):
+    n = view.system.array.n_tx
+    u = np.sin(prior.mean[..., 0, None]) * np.arange(n)
+    share = view.system.radio.power / (n * prior.mean.shape[-2])
+    return np.sqrt(share) * np.exp(1j * np.pi * u)
+
+def unmarked(prior, view):
+    return my_function(prior, view)
+
+def silent(prior, view):
+    return np.zeros((*prior.known.shape, view.system.array.n_tx))
+
+def loud(prior, view):
+    return 100 * my_function(prior, view)
+
+def raising(prior, view):
+    raise KeyError("no such thing")
+
+def shapeless(prior, view):
+    return np.zeros(7)
+
+number = 7
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(SOURCE)
+    return path
+
+
+def test_a_marked_function_is_found_by_its_schemes_name(file):
+    assert find_scheme(f"{file}:aimed").name == "aimed"
+    assert find_scheme(f"{file}:unmarked").name == "unmarked"
+
+
+def test_a_function_gets_the_frame_and_the_filter_for_free(file):
+    result = eb.simulate(small_scenario(2), [f"{file}:aimed", "omni"], trials=3, seed=1)
+    assert (
+        result["phase"].sel(scheme="aimed").values.tolist() == (["omni"] + ["directional"] * 3) * 2
+    )
+    gain = (result["rate"].sel(scheme="aimed") / result["rate"].sel(scheme="omni")).mean("trial")
+    assert (gain.isel(slot=[2, 3]) > 1).all()
+    assert np.isfinite(result["estimated"].values).all()
+
+
+def test_unserved_objects_have_rate_zero(file):
+    result = eb.simulate(small_scenario(2), [f"{file}:silent"], trials=2)
+    directional = result["phase"].values[0] == "directional"
+    assert (result["rate"].values[0][:, directional] == 0).all()
+    assert np.isinf(result["measured_var"].values[0][:, directional]).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [
+        ("loud", "radiates"),
+        ("raising", "raised KeyError in slot 2: 'no such thing'"),
+        ("shapeless", r"expected \(..., K, n_tx\)"),
+    ],
+)
+def test_a_scheme_that_breaks_the_rules_is_named(file, name, word):
+    with pytest.raises(SchemeError, match=word):
+        eb.simulate(small_scenario(2), [f"{file}:{name}"], trials=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [
+        ("{file}:nothing", "no scheme or object 'nothing'"),
+        ("{file}:number", "not a scheme"),
+        ("nowhere.py:x", "no such file"),
+        ("temproal", "did you mean 'temporal'"),
+        ("", "unknown scheme"),
+    ],
+)
+def test_a_scheme_that_is_not_there(file, name, word):
+    with pytest.raises(SchemeError, match=word):
+        find_scheme(name.format(file=file))
+
+
+def test_a_file_that_raises_is_one_message(tmp_path):
+    path = tmp_path / "broken.py"
+    path.write_text("raise RuntimeError('boom')")
+    with pytest.raises(SchemeError, match="raised RuntimeError: boom"):
+        find_scheme(f"{path}:x")
+    path.write_text("def f(:")
+    with pytest.raises(SchemeError, match="raised SyntaxError"):
+        find_scheme(f"{path}:f")
+
+
+def test_an_object_with_parameters_is_a_scheme():
+    @scheme("backed-off")
+    @dataclass(frozen=True)
+    class BackedOff:
+        share: float = 0.5
+
+        def __call__(self, prior, view):
+            return self.share * np.ones((*prior.known.shape, view.system.array.n_tx)) / 10
+
+    assert as_scheme(BackedOff(0.25)).name == "backed-off"
+    assert as_scheme(BackedOff).name == "backed-off"
+
+
+def test_a_whole_scheme_is_taken_as_it_is():
+    whole = WaterFilling(name="mine")
+    assert as_scheme(whole) is whole
+
+
+def test_every_scheme_that_is_listed_can_be_found():
+    for name in available():
+        assert find_scheme(name).name == name
+
+
+def test_the_same_scheme_twice_is_refused():
+    with pytest.raises(SchemeError, match="twice"):
+        eb.simulate(small_scenario(1), ["omni", "omni"], trials=1)
+    with pytest.raises(SchemeError, match="at least one"):
+        eb.simulate(small_scenario(1), [], trials=1)
