@@ -1,0 +1,154 @@
+"""The second pass over a trace: the samples that matter to the slots asked for.
+
+A stretch between two successive samples of a vehicle matters if it meets both the time window and
+the stretch of road that the UAV can serve; its two ends are kept, and two samples before and
+after them, which the speeds at its ends may need. All else is forgotten at once, so memory goes
+with the window and the number of vehicles, not with the length of the file.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from echobeam.traces.road import Road
+from echobeam.traces.sample import Sample
+from echobeam.values import Array, IntArray
+
+_CONTEXT = 2
+"""Samples kept before and after a stretch that matters."""
+
+
+class Window(NamedTuple):
+    """Which part of a trace matters: times in s, distances along the road in m."""
+
+    begin: float
+    end: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadSamples:
+    """Samples of vehicles on a road, ordered by vehicle and time; ``n`` of them.
+
+    Attributes
+    ----------
+    names
+        The vehicles' ids, sorted.
+    vehicle
+        ``(n,)``: index into ``names``.
+    visit
+        ``(n,)``: counts how often the vehicle has left the road sideways before.
+    time
+        ``(n,)`` s.
+    along, across
+        ``(n,)`` m, in the road's coordinates.
+    speed
+        ``(n,)`` m/s; NaN where not known.
+    """
+
+    names: tuple[str, ...]
+    vehicle: IntArray
+    visit: IntArray
+    time: Array
+    along: Array
+    across: Array
+    speed: Array
+
+
+class _Placed(NamedTuple):
+    visit: int
+    time: float
+    along: float
+    across: float
+    speed: float
+
+
+@dataclass(slots=True)
+class _Follower:
+    """Decides for one vehicle, sample by sample, which ones to keep."""
+
+    visit: int = 0
+    last: _Placed | None = None
+    pending: tuple[_Placed, ...] = ()
+    keep_next: int = 0
+
+    def leave(self) -> None:
+        """Take note that the vehicle is off the road."""
+        if self.last is not None:
+            self.visit += 1
+        self.last, self.keep_next, self.pending = None, 0, ()
+
+    def follow(self, placed: _Placed, window: Window) -> list[_Placed]:
+        """Return the samples that this one shows to matter."""
+        matters = self.last is not None and _meets(self.last, placed, window)
+        self.last = placed
+        if matters:
+            keep = [*self.pending, placed]
+            self.pending, self.keep_next = (), _CONTEXT
+        elif self.keep_next > 0:
+            keep = [placed]
+            self.keep_next -= 1
+        else:
+            keep = []
+            self.pending = (*self.pending, placed)[-1 - _CONTEXT :]
+        return keep
+
+
+def collect(samples: Iterable[Sample], road: Road, window: Window) -> RoadSamples:
+    """Return the samples on a road that matter to a window.
+
+    Parameters
+    ----------
+    samples
+        A trace's samples, each vehicle's in order of time.
+    road
+        The road; samples off it end the vehicle's visit.
+    window
+        Times and distances along the road to be known.
+    """
+    followers: dict[str, _Follower] = {}
+    number: dict[str, int] = {}
+    kept = array("d")
+    for sample in samples:
+        follower = followers.get(sample.name)
+        if follower is None:
+            follower = followers[sample.name] = _Follower()
+        across = road.across(sample.x, sample.y)
+        if abs(across) > road.half_width:
+            follower.leave()
+            continue
+        along = road.along(sample.x, sample.y)
+        placed = _Placed(follower.visit, sample.time, along, across, sample.speed)
+        for each in follower.follow(placed, window):
+            kept.append(number.setdefault(sample.name, len(number)))
+            kept.extend(each)
+    return _ordered(number, np.array(kept).reshape(-1, 1 + len(_Placed._fields)))
+
+
+def _meets(one: _Placed, other: _Placed, window: Window) -> bool:
+    """Whether the stretch between two samples meets the window.
+
+    The motion between two samples stays between them (see `motion`), so this is exact.
+    """
+    return (
+        one.time <= window.end
+        and other.time >= window.begin
+        and min(one.along, other.along) <= window.high
+        and max(one.along, other.along) >= window.low
+    )
+
+
+def _ordered(number: dict[str, int], rows: Array) -> RoadSamples:
+    names = tuple(sorted(number))
+    rank = np.zeros(len(names), dtype=np.int64)
+    rank[[number[name] for name in names]] = np.arange(len(names))
+    vehicle = rank[rows[:, 0].astype(np.int64)]
+    order = np.lexsort((rows[:, 2], vehicle))
+    visit, time, along, across, speed = rows[order, 1:].T
+    return RoadSamples(names, vehicle[order], visit.astype(np.int64), time, along, across, speed)

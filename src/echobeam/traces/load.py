@@ -1,0 +1,119 @@
+"""From a trace file to the motion of the vehicles that a UAV serves."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from echobeam.traces.collect import Window, collect
+from echobeam.traces.motion import sight
+from echobeam.traces.road import Road
+from echobeam.traces.sample import SHORTEST_STEP, fault
+from echobeam.traces.service import TraceMotion, serve
+from echobeam.traces.source import read_samples
+from echobeam.traces.survey import Survey, survey_trace
+from echobeam.values import Array
+
+
+def load_motion(
+    path: str | Path,
+    times: npt.ArrayLike,
+    *,
+    uav_x: npt.ArrayLike,
+    max_objects: int,
+    range_m: float,
+    road: Road | None = None,
+    origin: float | None = None,
+    start: float | None = None,
+) -> TraceMotion:
+    """Return the vehicles of a trace that a UAV serves, slot by slot.
+
+    The file is read twice, sample by sample: once as a whole, for its faults, its time span, its
+    road and its extent, and once for what matters to these slots and this stretch of road.
+
+    Parameters
+    ----------
+    path
+        SUMO FCD XML or CSV with the header ``t,id,x,y[,speed]``, either may be gzip-compressed.
+    times
+        ``(slots,)`` s, increasing: the slots' times; only their differences count.
+    uav_x
+        Scalar or ``(slots,)`` m along the road from its origin: the point under the UAV.
+    max_objects
+        The largest number of vehicles served at once, from 0.
+    range_m
+        m: how far along the road from the point under the UAV vehicles are served.
+    road
+        The road's axis; default: fitted to the vehicles' ways.
+    origin
+        m along the road's axis: what counts as x = 0; default: the middle of the stretch on
+        which vehicles are seen anywhere in the trace.
+    start
+        s: the trace's time at slot 1; default: that of its first sample.
+
+    Raises
+    ------
+    TraceError
+        If the trace cannot be used, or ends before the first or begins after the last slot.
+    ValueError
+        If another argument makes no sense.
+    """
+    file = Path(path)
+    clock, ground = _checked(times, uav_x, max_objects, range_m, origin, start)
+    if os.path.exists(file) and not (os.path.isfile(file) or os.path.isdir(file)):
+        raise fault(file, None, "is a pipe or device; accepted is a file that can be read twice")
+    survey = survey_trace(file, read_samples(file), road)
+    clock += survey.first if start is None else start
+    _check_overlap(file, survey, clock)
+    zero = sum(survey.extent) / 2 if origin is None else origin
+    window = Window(
+        begin=clock[0] - SHORTEST_STEP,
+        end=clock[-1] + SHORTEST_STEP,
+        low=zero + ground.min() - range_m,
+        high=zero + ground.max() + range_m,
+    )
+    samples = collect(read_samples(file), survey.road, window)
+    sightings = sight(samples, clock)
+    sightings = replace(sightings, position=sightings.position - zero)
+    return serve(sightings, samples.names, ground, max_objects, range_m, survey.dropped)
+
+
+def _checked(
+    times: npt.ArrayLike,
+    uav_x: npt.ArrayLike,
+    max_objects: int,
+    range_m: float,
+    origin: float | None,
+    start: float | None,
+) -> tuple[Array, Array]:
+    """Return the slots' times from the first one on, and the UAV's ground points."""
+    clock = np.array(times, dtype=float)
+    if clock.ndim != 1 or clock.size == 0 or not np.isfinite(clock).all():
+        raise ValueError("times must be finite, of shape (slots,), with at least one slot")
+    if (np.diff(clock) <= 0).any():
+        raise ValueError("times must increase")
+    ground = np.broadcast_to(np.asarray(uav_x, dtype=float), clock.shape)
+    if not np.isfinite(ground).all():
+        raise ValueError("uav_x must be finite")
+    if max_objects < 0 or max_objects != int(max_objects):
+        raise ValueError(f"max_objects must be a whole number from 0, not {max_objects!r}")
+    if not 0 < range_m < float("inf"):
+        raise ValueError(f"range_m must be positive and finite, not {range_m!r}")
+    for name, value in (("origin", origin), ("start", start)):
+        if value is not None and not np.isfinite(value):
+            raise ValueError(f"{name} must be finite, not {value!r}")
+    return clock - clock[0], ground
+
+
+def _check_overlap(path: Path, survey: Survey, clock: Array) -> None:
+    if clock[-1] < survey.first or clock[0] > survey.last:
+        raise fault(
+            path,
+            None,
+            f"the slots run from t = {clock[0]:g} s to {clock[-1]:g} s, the trace from "
+            f"{survey.first:g} s to {survey.last:g} s; accepted is a start at which they meet",
+        )

@@ -1,0 +1,182 @@
+"""Motion between samples: piecewise cubic, with continuous speed, and never backwards.
+
+Between two samples the distance along the road is the cubic that has the positions and the speeds
+of both (Hermite). The speed at a sample is the one that the trace gives, projected on the road,
+or else the slope there of the parabola through the sample and its neighbours. Both are then held
+to what keeps the cubic monotone (de Boor and Swartz 1977): of the direction of travel, and at most
+three times the mean speed of the stretch on either side. So a vehicle that stops does not roll
+back, and one that turns round does so at a sample. Speeds that fit the positions are not touched:
+motion at constant velocity or acceleration comes out exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from echobeam.traces.collect import RoadSamples
+from echobeam.traces.sample import SHORTEST_STEP
+from echobeam.values import Array, BoolArray, IntArray
+
+GAP_PERIODS = 5.0
+"""A gap of more than this many sample periods means that the vehicle was gone meanwhile.
+
+A vehicle's period is the median of the times between its samples.
+"""
+
+_STEEPEST = 3.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sightings:
+    """Which vehicle is where at which slot; one entry per vehicle and slot, ordered by vehicle.
+
+    Attributes
+    ----------
+    slot, vehicle
+        ``(n,)``: indices of the slot (from 0) and the vehicle.
+    position
+        ``(n,)`` m along the road.
+    velocity
+        ``(n,)`` m/s along the road, the derivative of the position.
+    """
+
+    slot: IntArray
+    vehicle: IntArray
+    position: Array
+    velocity: Array
+
+
+def sight(samples: RoadSamples, clock: Array) -> Sightings:
+    """Return where the vehicles are at the slots' times.
+
+    A vehicle is there from its first to its last sample and nowhere else: nothing is
+    extrapolated, and a gap of more than `GAP_PERIODS` or a time off the road splits its presence.
+
+    Parameters
+    ----------
+    samples
+        The vehicles' samples.
+    clock
+        ``(slots,)`` s, increasing: the slots' times on the trace's clock.
+    """
+    linked = _links(samples)
+    slope = road_speeds(samples, linked)
+    stretch, slot = _slots_in(samples.time, linked, clock)
+    h = np.diff(samples.time)[stretch]
+    chord = np.diff(samples.along)[stretch] / h
+    v0, v1 = slope[:-1][stretch], slope[1:][stretch]
+    u = np.clip((clock[slot] - samples.time[stretch]) / h, 0.0, 1.0)
+    c2, c3 = 3.0 * chord - 2.0 * v0 - v1, v0 + v1 - 2.0 * chord
+    return Sightings(
+        slot=slot,
+        vehicle=samples.vehicle[stretch],
+        position=samples.along[stretch] + h * u * (v0 + u * (c2 + u * c3)),
+        velocity=v0 + u * (2.0 * c2 + 3.0 * u * c3),
+    )
+
+
+def road_speeds(samples: RoadSamples, linked: BoolArray) -> Array:
+    """Return the vehicles' velocities along the road at their samples.
+
+    Parameters
+    ----------
+    samples
+        ``n`` samples.
+    linked
+        ``(n - 1,)``: whether a sample and the next belong to one unbroken motion.
+
+    Returns
+    -------
+    Array
+        ``(n,)`` m/s. The sign is that of the positions' change, whatever the sign of the speeds.
+    """
+    h = np.diff(samples.time)
+    chord = _ratio(np.diff(samples.along), h, linked)
+    left, right = np.append(0.0, chord), np.append(chord, 0.0)
+    has_left, has_right = np.append(False, linked), np.append(linked, False)
+    direction = np.sign(np.sign(left) + np.sign(right))
+    steepest = _STEEPEST * np.minimum(
+        np.where(has_left, np.abs(left), np.inf), np.where(has_right, np.abs(right), np.inf)
+    )
+    raw = np.where(
+        np.isnan(samples.speed),
+        direction * _parabola_slopes(h, chord, linked),
+        np.abs(samples.speed) * _road_share(samples, has_left, has_right),
+    )
+    speeds: Array = direction * np.clip(raw, 0.0, steepest)
+    return speeds
+
+
+def _links(samples: RoadSamples) -> BoolArray:
+    """Whether each sample and the next belong to one unbroken motion."""
+    step = np.diff(samples.time)
+    same = (np.diff(samples.vehicle) == 0) & (np.diff(samples.visit) == 0)
+    limit = GAP_PERIODS * _periods(samples.vehicle[:-1][same], step[same], len(samples.names))
+    linked: BoolArray = same & (step <= limit[samples.vehicle[:-1]])
+    return linked
+
+
+def _periods(vehicle: IntArray, step: Array, n_vehicles: int) -> Array:
+    """Return the (lower) median of each vehicle's steps; NaN where it has none."""
+    ordered = step[np.lexsort((step, vehicle))]
+    count = np.bincount(vehicle, minlength=n_vehicles)
+    middle = np.cumsum(count) - count + (count - 1) // 2
+    period = np.full(n_vehicles, np.nan)
+    period[count > 0] = ordered[middle[count > 0]]
+    return period
+
+
+def _parabola_slopes(h: Array, chord: Array, linked: BoolArray) -> Array:
+    """Return the slopes at the samples of the parabola through the three nearest ones.
+
+    At the first and last sample of a motion these are the end slopes of the first and last
+    parabola; a motion of two samples is a straight line.
+    """
+    both = linked[:-1] & linked[1:]
+    bend = _ratio(np.diff(chord), h[:-1] + h[1:], both)  # half the acceleration
+    slope = np.zeros(h.size + 1)
+    # From the stretch on the right, with the bend at its left end or, at a start, at its right.
+    bend_at = np.pad(bend, 1)
+    has_left = np.append(False, linked[:-1])
+    at_left = chord - h * np.where(has_left, bend_at[:-1], bend_at[1:])
+    slope[:-1] = np.where(linked, at_left, 0.0)
+    ends = linked & ~np.append(linked[1:], False)
+    slope[1:][ends] = (chord + h * bend_at[:-1])[ends]
+    return slope
+
+
+def _road_share(samples: RoadSamples, has_left: BoolArray, has_right: BoolArray) -> Array:
+    """Return the cosine between the vehicle's way around a sample and the road, 0 to 1.
+
+    It is the largest of those at the sample and its neighbours: simulators change lanes by a
+    jump to the side in a single step, at which the vehicle drives on along the road.
+    """
+    index = np.arange(samples.time.size)
+    before, after = index - has_left, index + has_right
+    along = np.abs(samples.along[after] - samples.along[before])
+    way = np.hypot(along, samples.across[after] - samples.across[before])
+    share = _ratio(along, way, way > 0)
+    largest: Array = np.maximum(share, np.maximum(share[before], share[after]))
+    return largest
+
+
+def _ratio(numerator: Array, denominator: Array, where: BoolArray) -> Array:
+    """Return a quotient, and zero elsewhere."""
+    return np.divide(numerator, denominator, out=np.zeros_like(denominator), where=where)
+
+
+def _slots_in(time: Array, linked: BoolArray, clock: Array) -> tuple[IntArray, IntArray]:
+    """Return each stretch between linked samples with each slot in it, as two lists.
+
+    A slot that misses the first or last sample by rounding (0.07 against 7 * 0.01) is at it.
+    """
+    starts = ~np.append(False, linked[:-1])
+    ends = ~np.append(linked[1:], False)
+    first = np.searchsorted(clock, time[:-1] - starts * SHORTEST_STEP, "left")
+    stop = np.searchsorted(clock, time[1:] + ends * SHORTEST_STEP, "left")
+    count = np.where(linked, stop - first, 0)
+    stretch = np.repeat(np.arange(count.size), count)
+    offset = np.arange(stretch.size) - np.repeat(np.cumsum(count) - count, count)
+    return stretch, first[stretch] + offset

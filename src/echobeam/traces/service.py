@@ -1,0 +1,112 @@
+"""Who is served: at each slot the nearest vehicles in range, each in a column of its own."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+
+from echobeam.traces.motion import Sightings
+from echobeam.values import Array, BoolArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TraceMotion:
+    """The vehicles that a UAV serves, slot by slot; a column holds one of them or nobody.
+
+    Attributes
+    ----------
+    identity
+        ``(slots, columns)``: index into ``names``, -1 where there is nobody. Where it changes
+        from one slot to the next, the column's occupant does.
+    position
+        ``(slots, columns)`` m along the road from its origin; NaN where there is nobody.
+    velocity
+        ``(slots, columns)`` m/s along the road; NaN where there is nobody.
+    present
+        ``(slots, columns)``: whether there is somebody.
+    names
+        The ids of the vehicles.
+    dropped
+        Number of vehicles of the trace with one sample only, which tells no motion.
+    """
+
+    identity: IntArray
+    position: Array
+    velocity: Array
+    present: BoolArray
+    names: tuple[str, ...]
+    dropped: int = 0
+
+    def __post_init__(self) -> None:
+        for values in (self.identity, self.position, self.velocity, self.present):
+            values.flags.writeable = False
+
+
+def serve(
+    sightings: Sightings,
+    names: tuple[str, ...],
+    uav_x: Array,
+    max_objects: int,
+    range_m: float,
+    dropped: int = 0,
+) -> TraceMotion:
+    """Return who is served, and in which column.
+
+    A vehicle keeps its column while it is served without a break; a newcomer takes the first
+    free one, those of one slot in the order of their ids.
+
+    Parameters
+    ----------
+    sightings
+        Vehicles and slots, positions counted as ``uav_x`` is.
+    names
+        The vehicles' ids, sorted, which settles ties.
+    uav_x
+        ``(slots,)`` m along the road: the point under the UAV.
+    max_objects
+        Number of columns.
+    range_m
+        m along the road from the point under the UAV, both ways.
+    dropped
+        Passed on to the result.
+    """
+    chosen = _nearest(sightings, uav_x, max_objects, range_m)
+    slot, vehicle = sightings.slot[chosen], sightings.vehicle[chosen]
+    column = _columns(slot, vehicle, max_objects)
+    shape = (uav_x.size, max_objects)
+    identity = np.full(shape, -1, dtype=np.int64)
+    position, velocity = np.full(shape, np.nan), np.full(shape, np.nan)
+    identity[slot, column] = vehicle
+    position[slot, column] = sightings.position[chosen]
+    velocity[slot, column] = sightings.velocity[chosen]
+    return TraceMotion(identity, position, velocity, identity >= 0, names, dropped)
+
+
+def _nearest(sightings: Sightings, uav_x: Array, max_objects: int, range_m: float) -> IntArray:
+    """Return the indices of the sightings that are served, ordered by vehicle and slot."""
+    distance = np.abs(sightings.position - uav_x[sightings.slot])
+    near = np.flatnonzero(distance <= range_m)
+    slot, vehicle = sightings.slot[near], sightings.vehicle[near]
+    order = np.lexsort((vehicle, distance[near], slot))
+    rank = np.arange(near.size) - np.searchsorted(slot[order], slot[order])
+    served = near[order[rank < max_objects]]
+    return served[np.lexsort((sightings.slot[served], sightings.vehicle[served]))]
+
+
+def _columns(slot: IntArray, vehicle: IntArray, max_objects: int) -> IntArray:
+    """Return a column for each sighting, the same one throughout a spell of service."""
+    new = np.append(True, (np.diff(vehicle) != 0) | (np.diff(slot) != 1))[: slot.size]
+    first = np.flatnonzero(new)
+    length = np.diff(np.append(first, slot.size))
+    begin, end = slot[first], slot[first] + length
+    column = np.zeros(first.size, dtype=np.int64)
+    free = list(range(max_objects))
+    busy: list[tuple[int, int]] = []  # (end of the spell, column)
+    for spell in np.lexsort((vehicle[first], begin)):
+        while busy and busy[0][0] <= begin[spell]:
+            heapq.heappush(free, heapq.heappop(busy)[1])
+        column[spell] = heapq.heappop(free)
+        heapq.heappush(busy, (int(end[spell]), int(column[spell])))
+    return np.repeat(column, length)
