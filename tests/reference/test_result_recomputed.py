@@ -58,7 +58,7 @@ def test_sinr_rate_and_echo_of_directional_slots(result, scheme):
 def test_sinr_and_echo_of_omnidirectional_slots(result, scheme):
     """Eqs. (7), (14); a pilot carries no data."""
     at = phase(result, scheme) != "directional"
-    d = result["truth"].values[:, at, :, 1]
+    d = result["truth"].values[:, at][..., 1]
     k = d.shape[-1]
     share = 1 / (d**2 * k)
     sinr = share / (share * (k - 1) + 1) * (scheme != "pilot")

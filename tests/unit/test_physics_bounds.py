@@ -238,10 +238,10 @@ def test_absent_objects_get_nan_and_no_objects_an_empty_answer(crb):
     assert shape == (3, 0, 3)
 
 
-def test_effective_variance_is_never_worse_than_a_guess_but_infinite_without_an_echo():
+def test_what_is_worse_than_a_guess_or_has_no_echo_is_not_measured():
     variance = np.array([[1e-4, 1e-16, 1e8], [7.0, 1e-10, 1e12], [np.inf, 1e-16, 1e8]])
     effective = effective_variance(variance, np.array([1.0, 1e-9, 1.0]))
-    np.testing.assert_array_equal(effective[:, 0], [1e-4, GUESS_VARIANCE, GUESS_VARIANCE])
+    np.testing.assert_array_equal(effective[:, 0], [1e-4, np.inf, np.inf])
     np.testing.assert_array_equal(effective[:, 1:], variance[:, 1:])
     np.testing.assert_array_equal(effective_variance(variance[0], 0.0), np.inf)
     np.testing.assert_array_equal(effective_variance(np.full(3, np.nan), np.nan), np.inf)

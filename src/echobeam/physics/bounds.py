@@ -110,10 +110,9 @@ def effective_variance(variance: Array, snr: npt.ArrayLike) -> Array:
     """Return the variances an estimator would report, from the bounds of Eq. (20) to Eq. (22).
 
     Where there is no echo (SNR zero, or NaN for an absent object) nothing is measured: infinite
-    variances. Elsewhere the variance of the angle is at most pi^2 / 12: an estimate is never
-    worse than a guess, uniform over the half plane that objects on the ground can be in, while
-    the bound of an angle grows without limit near 90 degrees, where it describes no real
-    estimator any more.
+    variances. An angle whose bound exceeds pi^2 / 12 is not measured either: that is the variance
+    of a guess, uniform over the half plane that objects on the ground can be in. The bound grows
+    without limit near 90 degrees and off a narrow beam, where it describes no estimator any more.
 
     Parameters
     ----------
@@ -124,7 +123,7 @@ def effective_variance(variance: Array, snr: npt.ArrayLike) -> Array:
     """
     limit = np.array([GUESS_VARIANCE, np.inf, np.inf])
     heard = np.asarray(snr, dtype=np.float64)[..., np.newaxis] > 0.0
-    return np.where(heard, np.minimum(variance, limit), np.inf)
+    return np.where(heard & (variance <= limit), variance, np.inf)
 
 
 def square_aperture(

@@ -63,13 +63,13 @@ def run_slots(scenario: Scenario, scheme: Scheme, world: World) -> Iterator[Slot
     for slot in range(scenario.n_slots):
         truth = world.truth(slot)
         view = _view(scenario, scheme, world, slot, memory)
-        prior = scheme.predict(view)
+        prior = _read_only(scheme.predict(view))
         decision = _decide(scheme, prior, view)
         sent = world.transmission(view.phase, decision.beams, slot)
         link = world.transmit(sent, truth)
         snr = world.echo(sent, truth)
         measurement = world.measure(sent, snr, truth, scheme.listens(view), view.uav, slot)
-        posterior = scheme.update(prior, measurement, view)
+        posterior = _read_only(scheme.update(prior, measurement, view))
         memory = Memory(posterior, measurement, _spread(view, measurement), decision.memory)
         yield SlotRecord(
             slot=slot + 1,
@@ -139,6 +139,13 @@ def system_of(scenario: Scenario) -> System:
         ripple=scenario.ripple,
         slot_duration=scenario.frame.slot,
     )
+
+
+def _read_only(state: GaussianState) -> GaussianState:
+    """Protect what is recorded from a scheme that writes into what it was shown."""
+    for array in (state.mean, state.cov, state.known):
+        array.flags.writeable = False
+    return state
 
 
 def _decide(scheme: Scheme, prior: GaussianState, view: View) -> Decision:

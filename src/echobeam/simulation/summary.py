@@ -44,7 +44,7 @@ class SchemeSummary:
     lost
         Share of objects in the scene that are not known in a trial's last slot.
     fallbacks
-        Number of designs that fell back.
+        Number of trial-slots whose beams were a fallback.
     """
 
     rate_mean: Array
