@@ -44,7 +44,7 @@ def propagate(cov: Array, G: Array, Q: Array) -> Array:
     """
     size = cov.shape[-1]
     P = _components(cov)
-    rows = [_row(G, i) for i in range(size)]
+    rows = _rows(G)
     result = np.empty((size, size, *cov.shape[:-2]))
     for i in range(size):
         GP = [_dot(rows[i], column) for column in P]
@@ -89,8 +89,7 @@ def update(
     innovation = np.where(used, innovation, 0.0)
     P = _components(cov)
     shift: Vector = [np.zeros(mean.shape[:-1])] * mean.shape[-1]
-    for m in range(H.shape[-2]):
-        h = _row(H, m)
+    for m, h in enumerate(_rows(H)):
         if h:
             scalar = innovation[..., m], variance[..., m], used[..., m]
             P, shift = _use_one(P, shift, h, *scalar)
@@ -137,10 +136,11 @@ def _dot(row: Row, vector: Vector) -> Array:
     return reduce(add, [entry * vector[column] for column, entry in row.items()])
 
 
-def _row(matrix: Array, i: int) -> Row:
-    """Return row i without the columns that are zero throughout: most of Eqs. (42), (43) is."""
-    columns = {j: matrix[..., i, j] for j in range(matrix.shape[-1])}
-    return {j: entry for j, entry in columns.items() if entry.any()}
+def _rows(matrix: Array) -> list[Row]:
+    """Take a matrix apart, without what is zero for the whole batch: most of (42), (43) is."""
+    somewhere = (matrix != 0.0).any(axis=tuple(range(matrix.ndim - 2)))
+    rows, columns = matrix.shape[-2:]
+    return [{j: matrix[..., i, j] for j in range(columns) if somewhere[i, j]} for i in range(rows)]
 
 
 def _components(matrix: Array) -> Symmetric:
