@@ -31,7 +31,7 @@ def living(mean: Array, cov: Array, known: BoolArray) -> GaussianState:
         ``(..., K)``: whether there was a belief before.
     """
     variance = cov[..., 0, 0] + cov[..., 1, 1] + cov[..., 2, 2]
-    lives = known & physical(mean) & np.isfinite(variance)
+    lives = np.asarray(known & physical(mean) & np.isfinite(variance))
     if not lives.all():
         mean[~lives] = np.nan
         cov[~lives] = np.nan

@@ -1,0 +1,48 @@
+"""Which states a track may have, and what happens to one that may not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from echobeam.tracking.life import living, physical
+
+INSIDE = [1.0, 100.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("state", "possible"),
+    [
+        (INSIDE, True),
+        ([1.0, 100.0, -3e8], True),
+        ([0.0, 100.0, 3.0], False),
+        ([np.pi, 100.0, 3.0], False),
+        ([np.nextafter(np.pi, 0.0), 100.0, 3.0], True),
+        ([-0.1, 100.0, 3.0], False),
+        ([1.0, 0.0, 3.0], False),
+        ([1.0, -5.0, 3.0], False),
+        ([1.0, np.inf, 3.0], False),
+        ([1.0, 100.0, np.nan], False),
+        ([np.nan, 100.0, 3.0], False),
+    ],
+)
+def test_physical_states_are_finite_and_below_the_uav(state: list[float], possible: bool) -> None:
+    assert physical(np.array(state)) == possible
+
+
+def test_impossible_and_unknown_objects_are_given_up_and_others_kept() -> None:
+    mean = np.array([INSIDE, [-0.1, 100.0, 3.0], INSIDE, INSIDE])
+    cov = np.broadcast_to(np.eye(3), (4, 3, 3)).copy()
+    cov[3, 1, 1] = np.inf
+    known = np.array([True, True, False, True])
+    state = living(mean.copy(), cov.copy(), known)
+    np.testing.assert_array_equal(state.known, [True, False, False, False])
+    np.testing.assert_array_equal(state.mean[0], INSIDE)
+    np.testing.assert_array_equal(state.cov[0], np.eye(3))
+    assert np.isnan(state.mean[1:]).all()
+    assert np.isnan(state.cov[1:]).all()
+
+
+def test_no_objects_are_no_trouble() -> None:
+    state = living(np.empty((5, 0, 3)), np.empty((5, 0, 3, 3)), np.empty((5, 0), dtype=bool))
+    assert state.mean.shape == (5, 0, 3)
