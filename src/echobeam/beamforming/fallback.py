@@ -60,7 +60,7 @@ def fair_proposal(problem: BeamProblem, model: Model, shapes: list[Shape]) -> Pr
     gains = np.array([shape.bound for shape in shapes])
     unbound = interference_free_bound(gains, model.loss, 0.0 * model.threshold)
     return Proposal(
-        beams=recover_beams(scaled, fair.design.covariances) * np.sqrt(problem.power),
+        beams=recover_beams(problem, scaled, fair.design.covariances),
         upper_bound=min(unbound, dirty_paper_bound(model.channels, model.loss)),
         status="fallback",
         message=_message(problem.min_rate, fair.factor, _alone(model, shapes)),

@@ -73,7 +73,7 @@ class Model:
     threshold
         ``(K,)``: 2^Gamma_k - 1, the SINR that the floor (38e) asks for.
     channels
-        ``(K, N)``: real steering vectors of the objects.
+        ``(K, N)``: real steering vectors of the objects, not reduced.
     """
 
     beams: list[BeamModel]

@@ -1,52 +1,97 @@
-"""From relaxed covariances in reduced coordinates to beams that keep all of (38)."""
+"""From relaxed covariances to beams on the antennas that keep all of (38)."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.model import BeamModel, Model
+from echobeam.beamforming.coverage import coverage_grid
+from echobeam.beamforming.model import FLATNESS, BeamModel, Model
 from echobeam.beamforming.power import settle
-from echobeam.beamforming.rank_one import beam_of
-from echobeam.beamforming.subspace import to_beams, to_coordinates
+from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.rank_one import autocorrelation, beam_of, spectral_factor
+from echobeam.beamforming.subspace import to_beams
+from echobeam.physics.array import steering_vector
 from echobeam.values import Array, ComplexArray
 
 NO_POWER = 1e-12
 """Share of the whole power below which a beam is switched off."""
 
 
-def recover_beams(model: Model, covariances: list[Array]) -> ComplexArray:
-    """Return rank-one beams with the patterns and powers of covariances, of at most unit power.
+def recover_beams(problem: BeamProblem, model: Model, covariances: list[Array]) -> ComplexArray:
+    """Return rank-one beams with the patterns and powers of reduced covariances.
 
     What a solver left open in the last digits of the rate floors (38e) is settled by the powers.
 
     Parameters
     ----------
-    model
-        The reduced problem.
+    problem, model
+        The problem and its reduced form; floors are the model's.
     covariances
         ``(r_k, r_k)`` per beam, power relative to P_T; coverage is kept.
 
     Returns
     -------
     ComplexArray
-        ``(K, N)``, sqrt(power / P_T).
+        ``(K, N)``, sqrt(power).
     """
     beams = np.stack(
         [_beam(beam, covariance) for beam, covariance in zip(model.beams, covariances, strict=True)]
     )
-    powers = np.sum(np.abs(beams) ** 2, axis=-1)
-    beams[powers < NO_POWER] = 0.0
-    served = powers >= NO_POWER
-    if not served.any():
-        return beams
-    received = np.abs(to_coordinates(beams[served]) @ model.channels[served].T).T ** 2
-    gains = received / powers[served]
-    settled = settle(gains, model.loss[served], model.threshold[served], powers[served])
-    beams[served] *= np.sqrt(settled / powers[served])[:, np.newaxis]
-    return beams
+    channels = steering_vector(problem.angles, problem.n_tx, problem.spacing, problem.axis)
+    return settle_powers(beams, channels, model.loss, model.threshold) * np.sqrt(problem.power)
 
 
 def _beam(beam: BeamModel, covariance: Array) -> ComplexArray:
     values, vectors = np.linalg.eigh(covariance)
     columns = beam.basis @ (vectors * np.sqrt(np.maximum(values, 0.0)))
     return beam_of(to_beams(columns.T.astype(complex)).T)
+
+
+def settle_powers(
+    beams: ComplexArray, channels: ComplexArray, loss: Array, threshold: Array
+) -> ComplexArray:
+    """Return the same beams with powers that meet floors (38e) and budget (38b), if near ones do.
+
+    Parameters
+    ----------
+    beams
+        ``(K, N)``, sqrt(power / P_T).
+    channels
+        ``(K, N)``: steering vectors of the objects.
+    loss, threshold
+        ``(K,)``: as in `power.settle`.
+    """
+    powers = np.sum(np.abs(beams) ** 2, axis=-1)
+    served = powers >= NO_POWER
+    beams = np.where(served[:, np.newaxis], beams, 0.0)
+    if not served.any():
+        return beams
+    gains = np.abs(np.conj(channels[served]) @ beams[served].T) ** 2 / powers[served]
+    settled = settle(gains, loss[served], threshold[served], powers[served])
+    beams[served] *= np.sqrt(settled / powers[served])[:, np.newaxis]
+    return beams
+
+
+def keep_coverage(problem: BeamProblem, beams: ComplexArray) -> ComplexArray:
+    """Return beams mixed with a flat pattern, as far as it takes to keep (38f) on the full grid.
+
+    A pattern is mixed with a flat one of the same power by shrinking its autocorrelation but for
+    the power, and a beam is found from the result.
+    """
+    n_tx, spacing, axis = problem.n_tx, problem.spacing, problem.axis
+    grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
+    kept = beams.copy()
+    for k, beam in enumerate(beams):
+        power = float(np.sum(np.abs(beam) ** 2))
+        if power < NO_POWER:
+            continue
+        angles = np.concatenate([problem.angles[k : k + 1], grid[k, mask[k]]])
+        response = np.conj(steering_vector(angles, n_tx, spacing, axis)) @ beam
+        pattern = np.abs(response) ** 2 / power
+        ripple = float(problem.ripple[k])
+        excess = float(np.max(np.abs(pattern - pattern[0]))) - ripple
+        if excess > FLATNESS:
+            lags = autocorrelation(beam[:, np.newaxis])
+            lags[1:] *= ripple / (ripple + excess)
+            kept[k] = spectral_factor(lags)[0]
+    return kept

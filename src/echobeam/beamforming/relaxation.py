@@ -41,9 +41,9 @@ def solve(problem: BeamProblem) -> Proposal:
     design = _search(model, shapes, bound)
     if design is None:
         return fair_proposal(problem, model, shapes)
-    beams = recover_beams(model, design.covariances)
+    beams = recover_beams(problem, model, design.covariances)
     return Proposal(
-        beams=beams * np.sqrt(problem.power),
+        beams=beams,
         upper_bound=bound,
         status="optimal",
         message="",

@@ -1,0 +1,282 @@
+"""Method "reference": the paper's own way, full size, through CVXPY: SDR + SCA + IRM.
+
+The examiner of the fast methods and the subject of comparisons: complex Hermitian matrices on the
+antennas, the full grid of (38f), no reduction. Successive convex approximation (51)-(54) of the
+relaxed problem, then iterative rank minimisation (55)-(57).
+
+Departs: as the ledger says, floors (38e) in their exact linear form, V^H in place of V^T, the
+objective of (55) minus w^p r in place of plus, its base point renewed at each step, and r relative
+to the power.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from echobeam.beamforming.coverage import coverage_grid
+from echobeam.beamforming.fallback import fair_proposal
+from echobeam.beamforming.model import build_model
+from echobeam.beamforming.objective import channel_loss
+from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.proposal import Proposal
+from echobeam.beamforming.rank_one import beam_of
+from echobeam.beamforming.recovery import keep_coverage, settle_powers
+from echobeam.beamforming.relaxation import upper_bound
+from echobeam.beamforming.shape import best_shape
+from echobeam.physics.array import steering_vector
+from echobeam.values import ComplexArray
+
+MOST_SCA_STEPS = 20
+STEADY = 1e-6
+"""Relative change of the sum rate at which the approximation (54) ends."""
+
+MOST_IRM_STEPS = 12
+WEIGHT_GROWTH = 4.0
+"""w of (55): the weight of the rank grows by this factor at each step."""
+
+LEAST_POWER = 1e-6
+"""A beam with less of the power is not asked for its rank."""
+
+SOLVERS: tuple[tuple[str, dict[str, float]], ...] = (
+    ("CLARABEL", {"tol_gap_rel": 1e-9, "tol_gap_abs": 1e-9, "tol_feas": 1e-9}),
+    ("SCS", {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iters": 50_000}),
+)
+"""In the order in which they are tried."""
+
+RANK_ONE = 1e-6
+"""Largest ratio of the second eigenvalue to the first that counts as rank one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Relaxed:
+    """Covariances from a stage of the method, and what they reach.
+
+    Attributes
+    ----------
+    covariances
+        ``(K, N, N)`` complex: W_k / P_T.
+    objective
+        Sum rate, bit/s/Hz, Eq. (50).
+    solves
+        Convex programmes solved.
+    """
+
+    covariances: ComplexArray
+    objective: float
+    solves: int
+
+
+class ReferenceProblem:
+    """The constraints (38b), (38c), (38e), (38f) as CVXPY has them, power in units of P_T."""
+
+    def __init__(self, problem: BeamProblem) -> None:
+        self._cvxpy = _cvxpy()
+        n_tx = problem.n_tx
+        self.loss = channel_loss(problem.distances, problem.noise, problem.alpha0) / problem.power
+        self.channels = steering_vector(problem.angles, n_tx, problem.spacing, problem.axis)
+        self.threshold = np.expm1(problem.min_rate * np.log(2.0))
+        self.covariances = [
+            self._cvxpy.Variable((n_tx, n_tx), hermitian=True) for _ in range(problem.n_objects)
+        ]
+        self.gains = [[_form(a, W) for W in self.covariances] for a in self.channels]
+        self.constraints = self._power() + self._floors() + self._coverage(problem)
+
+    def _power(self) -> list[Any]:
+        total = sum(self._cvxpy.real(self._cvxpy.trace(W)) for W in self.covariances)
+        return [total <= 1.0, *(W >> 0 for W in self.covariances)]
+
+    def _floors(self) -> list[Any]:
+        return [
+            row[k] / self.loss[k]
+            >= self.threshold[k] * (sum(row) - row[k]) / self.loss[k] + self.threshold[k]
+            for k, row in enumerate(self.gains)
+            if self.threshold[k] > 0.0
+        ]
+
+    def _coverage(self, problem: BeamProblem) -> list[Any]:
+        cp = self._cvxpy
+        grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
+        constraints = []
+        for k, W in enumerate(self.covariances):
+            angles = grid[k, mask[k] & (grid[k] != problem.angles[k])]
+            if angles.size == 0:
+                continue
+            cover = steering_vector(angles, problem.n_tx, problem.spacing, problem.axis)
+            pattern = cp.real(cp.sum(cp.multiply(np.conj(cover), (W @ cover.T).T), axis=1))
+            allowed = problem.ripple[k] * cp.real(cp.trace(W))
+            constraints.append(cp.abs(self.gains[k][k] - pattern) <= allowed)
+        return constraints
+
+    def minorant(self, at: ComplexArray) -> Any:
+        """Return sum_k R-tilde_k of (52), (56) around covariances ``at``, nats."""
+        cp = self._cvxpy
+        total = 0.0
+        for k, row in enumerate(self.gains):
+            foreign = sum(row) - row[k]
+            present = self._foreign(k, at) / self.loss[k] + 1.0
+            total = total + cp.log(1.0 + sum(row) / self.loss[k])
+            total = total - np.log(present) - (foreign / self.loss[k] + 1.0 - present) / present
+        return total
+
+    def maximise(self, objective: Any, constraints: list[Any]) -> ComplexArray | None:
+        """Return the covariances that maximise a concave objective, None if there are none.
+
+        CVXPY has returned wrong values as inaccurate ones here: only a clean "optimal" counts.
+        """
+        cp = self._cvxpy
+        stated = cp.Problem(cp.Maximize(objective), self.constraints + constraints)
+        for name, options in SOLVERS:
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    stated.solve(solver=name, **options)
+            except (cp.SolverError, ArithmeticError, ValueError):
+                continue
+            if stated.status == cp.OPTIMAL:
+                return np.stack([np.asarray(W.value) for W in self.covariances])
+            if stated.status == cp.INFEASIBLE:
+                return None
+        return None
+
+    def minimise_rank_step(
+        self, at: ComplexArray, scale: float, weight: float, radius: float
+    ) -> tuple[ComplexArray | None, float]:
+        """Return the solution of (55) around covariances, and its r_p.
+
+        Parameters
+        ----------
+        at
+            ``(K, N, N)``: M^(p-1), the base of (56) and the source of V^(p-1).
+        scale
+            Sum rate, nats, that objective and weight are relative to.
+        weight
+            w^p.
+        radius
+            r_(p-1), which r_p may not exceed.
+        """
+        cp = self._cvxpy
+        r = cp.Variable()
+        rest = at.shape[-1] - 1
+        constraints = [r <= radius]
+        for W, base in zip(self.covariances, at, strict=True):
+            V = np.linalg.eigh(base)[1][:, :rest]
+            small = V.conj().T @ W @ V
+            constraints.append(r * np.eye(rest) - (small + small.H) / 2.0 >> 0)
+        found = self.maximise(self.minorant(at) / scale - weight * r, constraints)
+        return found, radius if found is None else float(r.value)
+
+    def _foreign(self, k: int, covariances: ComplexArray) -> float:
+        a = self.channels[k]
+        gains = np.einsum("m,imn,n->i", a.conj(), covariances, a).real
+        return float(gains.sum() - gains[k])
+
+    def sum_rate(self, covariances: ComplexArray) -> float:
+        """Return the sum rate (50) of covariances, bit/s/Hz."""
+        gains = np.einsum("km,imn,kn->ki", self.channels.conj(), covariances, self.channels).real
+        own = np.diagonal(gains)
+        return float(np.sum(np.log1p(own / (gains.sum(axis=1) - own + self.loss))) / np.log(2.0))
+
+
+def solve(problem: BeamProblem) -> Proposal:
+    """Solve problem (38) with K >= 1 objects as the paper does, Eqs. (50)-(57).
+
+    Raises
+    ------
+    ImportError
+        If CVXPY is not installed.
+    """
+    stated = ReferenceProblem(problem)
+    relaxed = relax(stated)
+    if relaxed is None:
+        return _fair(problem)
+    final = minimise_rank(stated, relaxed)
+    beams = np.stack([beam_of(_columns(W)) for W in final.covariances])
+    beams = keep_coverage(problem, beams)
+    beams = settle_powers(beams, stated.channels, stated.loss, stated.threshold)
+    model = build_model(problem)
+    return Proposal(
+        beams=beams * np.sqrt(problem.power),
+        upper_bound=upper_bound(model, [best_shape(beam) for beam in model.beams]),
+        status="optimal",
+        message=_message(final),
+        iterations=final.solves,
+    )
+
+
+def relax(stated: ReferenceProblem) -> Relaxed | None:
+    """Return where SCA (54) of the relaxed problem ends, None if nothing meets its constraints."""
+    n_objects, n_tx = stated.channels.shape
+    at = np.broadcast_to(np.eye(n_tx, dtype=complex) / (n_tx * n_objects), (n_objects, n_tx, n_tx))
+    value, scale = 0.0, stated.sum_rate(at) * np.log(2.0)
+    for step in range(1, MOST_SCA_STEPS + 1):
+        found = stated.maximise(stated.minorant(at) / scale, [])
+        if found is None:
+            return None if step == 1 else Relaxed(at, value, step)
+        reached = stated.sum_rate(found)
+        at, rise, value = found, reached - value, reached
+        scale = value * np.log(2.0)
+        if rise <= STEADY * value:
+            break
+    return Relaxed(at, value, step)
+
+
+def minimise_rank(stated: ReferenceProblem, relaxed: Relaxed) -> Relaxed:
+    """Return where IRM (55) ends, started from the relaxed solution; Eqs. (55)-(57)."""
+    at, solves = relaxed.covariances, relaxed.solves
+    scale = relaxed.objective * np.log(2.0)
+    radius, weight = 1.0, 1.0
+    for _ in range(MOST_IRM_STEPS):
+        if rank_ratio(at) <= RANK_ONE:
+            break
+        found, radius = stated.minimise_rank_step(at, scale, weight, radius)
+        solves += 1
+        if found is None:
+            break
+        at, weight = found, weight * WEIGHT_GROWTH
+    return Relaxed(at, stated.sum_rate(at), solves)
+
+
+def rank_ratio(covariances: ComplexArray) -> float:
+    """Return the largest ratio of second to first eigenvalue among covariances with power."""
+    values = np.linalg.eigvalsh(covariances)
+    if values.shape[-1] < 2:
+        return 0.0
+    first = np.maximum(values[:, -1], LEAST_POWER)
+    return float(np.max(np.maximum(values[:, -2], 0.0) / first))
+
+
+def _columns(covariance: ComplexArray) -> ComplexArray:
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _fair(problem: BeamProblem) -> Proposal:
+    model = build_model(problem)
+    return fair_proposal(problem, model, [best_shape(beam) for beam in model.beams])
+
+
+def _message(final: Relaxed) -> str:
+    ratio = rank_ratio(final.covariances)
+    if ratio <= RANK_ONE:
+        return ""
+    return f"rank minimisation ended at an eigenvalue ratio of {ratio:.1e}, not at rank one"
+
+
+def _form(a: ComplexArray, covariance: Any) -> Any:
+    """Return a^H W a as a real CVXPY expression."""
+    cp = _cvxpy()
+    return cp.real(cp.sum(cp.multiply(np.outer(a.conj(), a), covariance)))
+
+
+def _cvxpy() -> Any:
+    try:
+        import cvxpy
+    except ImportError as error:
+        raise ImportError(
+            "method 'reference' needs CVXPY: pip install 'echobeam[reference]'"
+        ) from error
+    return cvxpy
