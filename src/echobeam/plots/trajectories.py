@@ -1,0 +1,227 @@
+"""Where the objects went, and where the tracker thought they were and would be."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse, Patch
+from matplotlib.ticker import MaxNLocator
+
+from echobeam.plots import style
+from echobeam.plots.ground import Scene, read_scene
+from echobeam.plots.setting import check_trial, check_variables, choose_scheme, read_setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from echobeam.values import Array
+
+_CLOSE_UPS = 4
+_ELLIPSES = 3
+
+# Half-axes of the ellipse that holds 95 % of a Gaussian in the plane: sqrt(-2 ln 0.05) sigmas.
+_ELLIPSE_SIGMAS = float(np.sqrt(-2.0 * np.log(0.05)))
+_FLATTEST = 4.0
+
+# m: who moves less has no direction.
+_STILL = 1e-6
+
+
+@style.styled()
+def draw(result: xr.Dataset, scheme: str | None = None, trial: int = 0) -> Figure:
+    """Draw the UAV's and the objects' paths in one trial, with close-ups of the tracking.
+
+    The scene shows true paths to scale where its shape allows it; each close-up shows one object's
+    true path, its predicted and estimated positions, and ellipses that hold 95 % of the estimate's
+    stated distribution. Arrows point in the direction of movement.
+
+    Parameters
+    ----------
+    result
+        A result of a run.
+    scheme
+        Name of a scheme; by default ``temporal``, else the first one with directional slots.
+    trial
+        Counted from 0.
+
+    Raises
+    ------
+    PlotError
+        If the result holds no tracks, or not this scheme or trial.
+    """
+    check_variables(result, "truth", "present", "predicted", "estimated", "estimated_cov")
+    check_trial(result, trial)
+    name = choose_scheme(result, scheme)
+    setting = read_setting(result)
+    scene = read_scene(result, name, trial, setting)
+    close = _longest(scene, _CLOSE_UPS)
+    figure = style.new_figure(style.PAGE if close else style.COLUMN, 3.5)
+    figure.suptitle(setting.title(name, trial, 100 if close else 50))
+    left, *right = _panels(figure, len(close), flat=_is_flat(scene))
+    _draw_scene(left, scene)
+    for axes, (k, stay) in zip(right, close, strict=True):
+        _draw_close_up(axes, scene, k, stay)
+    if close:
+        style.add_legend(figure, _legend())
+    return figure
+
+
+def _longest(scene: Scene, most: int) -> list[tuple[int, slice]]:
+    """Return the objects that are in the scene longest, and when, in their order."""
+    stays = [
+        (k, max(stretches, key=lambda one: one.stop - one.start))
+        for k, stretches in enumerate(scene.stretches)
+        if stretches
+    ]
+    stays.sort(key=lambda stay: stay[1].start - stay[1].stop)
+    return sorted(stays[:most], key=lambda stay: stay[0])
+
+
+def _is_flat(scene: Scene) -> bool:
+    """Return whether the scene is so much wider than high that it wants the figure's width."""
+    points = np.concatenate([scene.uav, scene.true.reshape(-1, 2)])
+    width, height = np.ptp(points[np.isfinite(points).all(axis=1)], axis=0)
+    return bool(width > 1.8 * max(height, scene.uav[:, 1].max()))
+
+
+def _panels(figure: Figure, close_ups: int, *, flat: bool) -> list[Axes]:
+    """Return the scene's axes and those of the close-ups: beside it, or below a flat one."""
+    if not close_ups:
+        return [figure.add_subplot()]
+    if flat:
+        grid = figure.add_gridspec(2, 1, height_ratios=[1.0, 0.9])
+        columns = close_ups
+    else:
+        grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.15])
+        columns = 1 if close_ups <= 2 else 2
+    inner = grid[1].subgridspec(math.ceil(close_ups / columns), columns)
+    cells = [inner[i // columns, i % columns] for i in range(close_ups)]
+    return [figure.add_subplot(grid[0]), *(figure.add_subplot(cell) for cell in cells)]
+
+
+def _draw_scene(axes: Axes, scene: Scene) -> None:
+    axes.axhline(0.0, color="0.6", linewidth=2.0, zorder=1)
+    axes.set(xlabel="Position along the road (m)", ylabel="Height (m)")
+    _draw_path(axes, scene.uav, "black")
+    _name(axes, scene.uav[-1], "UAV", (20, 0), "black")
+    crowded = sum(map(len, scene.stretches)) > 4
+    for k, stretches in enumerate(scene.stretches):
+        colour = style.object_look(k).colour
+        for stay in stretches:
+            path, last = scene.true[stay, k], stay.stop - 1
+            sight = np.stack([scene.uav[last], path[-1]])
+            axes.plot(*sight.T, color="0.7", linewidth=0.6, linestyle=":", zorder=1)
+            _draw_path(axes, path, colour)
+            _name(axes, path[-1], str(k + 1), (0, -10 - 9 * (k % 2) * crowded), colour)
+    if not any(scene.stretches):
+        style.add_note(axes, "no objects in the scene")
+    _widen(axes, 30.0)
+    low, high = axes.get_ylim()
+    room = 0.18 if crowded else 0.08  # for the objects' numbers
+    axes.set_ylim(low - room * (high - low), high)
+    width, height = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
+    if max(width, height) < _FLATTEST * min(width, height):
+        axes.set_aspect("equal")
+
+
+def _draw_path(axes: Axes, path: Array, colour: str) -> None:
+    axes.plot(*path.T, color=colour, linewidth=1.6, zorder=3)
+    _draw_arrow(axes, path, colour)
+
+
+def _name(axes: Axes, where: Array, text: str, offset: tuple[float, float], colour: str) -> None:
+    """Write a name beside a point, at an offset in points."""
+    axes.annotate(
+        text, tuple(where), xytext=offset, textcoords="offset points", ha="center", va="center",
+        color=colour, fontweight="bold", zorder=5,
+    )  # fmt: skip
+
+
+def _widen(axes: Axes, least: float) -> None:
+    """Leave a margin around the data, and see at least so many metres in either direction."""
+    axes.margins(0.12)
+    low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
+    extra = np.maximum(least - (high - low), 0.0) / 2
+    axes.set_xlim(low[0] - extra[0], high[0] + extra[0])
+    axes.set_ylim(low[1] - extra[1], high[1] + extra[1])
+
+
+def _draw_arrow(axes: Axes, path: Array, colour: str) -> None:
+    """Point an arrow of fixed size along the movement; draw a dot if there is none."""
+    step = path[-1] - path[max(len(path) - 10, 0)]
+    length = float(np.hypot(*step))
+    if length < _STILL:
+        axes.plot(*path[-1:].T, color=colour, marker="o", linestyle="", zorder=4)
+        return
+    tail = -14.0 * step / length
+    axes.annotate(
+        "", tuple(path[-1]), xytext=tuple(tail), textcoords="offset points", zorder=4,
+        arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 1.2, "shrinkA": 0,
+                    "shrinkB": 0, "mutation_scale": 9},
+    )  # fmt: skip
+
+
+def _draw_close_up(axes: Axes, scene: Scene, k: int, stay: slice) -> None:
+    colour = style.object_look(k).colour
+    axes.set_title(f"object {k + 1}", color=colour)
+    axes.set(xlabel="Position (m)", ylabel="Height (m)")
+    path, predicted, estimated = (
+        positions[stay, k] for positions in (scene.true, scene.predicted, scene.estimated)
+    )
+    axes.plot(*path.T, color=colour, linewidth=2.2, zorder=2)
+    _draw_arrow(axes, path, colour)
+    step = style.marker_step(len(path))
+    axes.plot(*predicted.T, markevery=step, **_PREDICTED)
+    axes.plot(*estimated.T, markevery=step, **_ESTIMATED)
+    if not np.isfinite(estimated).any():
+        style.add_note(axes, "no estimates", height=0.8)
+    _draw_ellipses(axes, estimated, scene.spread[stay, k], colour)
+    _widen(axes, 1.0)
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=5))
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=4))
+
+
+_PREDICTED: dict[str, Any] = {
+    "label": "predicted",
+    "color": "0.25", "marker": "x", "linestyle": "", "markersize": 4.5, "zorder": 4,
+}  # fmt: skip
+_ESTIMATED: dict[str, Any] = {
+    "label": "estimated",
+    "color": "0.25", "marker": "o", "linestyle": "-", "linewidth": 0.6, "markersize": 3.5,
+    "markerfacecolor": "white", "zorder": 3,
+}  # fmt: skip
+
+
+def _draw_ellipses(axes: Axes, centres: Array, spreads: Array, colour: str) -> None:
+    """Draw the estimates' 95 % ellipses at a few slots; the last one will be seen whole."""
+    usable = np.isfinite(spreads).all(axis=(1, 2)) & np.isfinite(centres).all(axis=1)
+    some = np.flatnonzero(usable)
+    if not some.size:
+        return
+    some = some[np.unique(np.linspace(0, some.size - 1, _ELLIPSES).astype(int))]
+    for i in some:
+        values, vectors = np.linalg.eigh(spreads[i])
+        minor, major = 2.0 * _ELLIPSE_SIGMAS * np.sqrt(np.maximum(values, 0.0))
+        tilt = np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1]))
+        ellipse = Ellipse(
+            tuple(centres[i]), major, minor, angle=float(tilt), facecolor="none",
+            edgecolor=colour, linewidth=0.7, zorder=1.5,
+        )  # fmt: skip
+        axes.add_artist(ellipse)
+    reach = _ELLIPSE_SIGMAS * np.sqrt(np.maximum(np.diagonal(spreads[some[-1]]), 0.0))
+    axes.update_datalim([centres[some[-1]] - reach, centres[some[-1]] + reach])
+
+
+def _legend() -> list[Artist]:
+    return [
+        Line2D([], [], color="0.25", linewidth=2.2, label="true path"),
+        Line2D([], [], **_ESTIMATED),
+        Line2D([], [], **_PREDICTED),
+        Patch(facecolor="none", edgecolor="0.3", label="95 % region (first, middle, last)"),
+    ]

@@ -1,0 +1,184 @@
+"""A synthetic result with the contract's shape, for the tests of the pictures.
+
+The numbers are plausible (geometry, shrinking errors, beams that widen with the error), so that
+the pictures made from it can be judged by eye, but nothing here comes from the simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+STATES = ["angle", "distance", "velocity"]
+MEASUREMENTS = ["angle", "delay", "doppler"]
+C = 299792458.0
+
+SCENARIO = """\
+name = "{name}"
+schemes = ["temporal", "pilot"]
+[array]
+n_tx = {n_tx}
+n_rx = {n_tx}
+spacing = 0.5
+axis = "vertical"
+[radio]
+carrier = "30 GHz"
+power = {power}
+noise = 1.0
+alpha0 = 1.0
+[uav]
+height = "{height} m"
+speed = "{speed} m/s"
+heading = "-90 deg"
+[frame]
+slot = "10 ms"
+slots_per_frame = {per_frame}
+frames = {frames}
+[coverage]
+width = 3.0
+"""
+
+
+def build_result(
+    schemes: Sequence[str] = ("temporal", "pilot"),
+    trials: int = 30,
+    slots: int = 10,
+    angles: Sequence[float] = (75.0, 135.0),
+    velocities: Sequence[float] = (30.0, -3.0),
+    n_tx: int = 30,
+    per_frame: int = 10,
+    height: float = 100.0,
+    speed: float = 15.0,
+    power: float = 1.0,
+    seed: int = 0,
+    name: str = "paper-multi",
+    coming_and_going: bool = False,
+    with_bound: bool = False,
+) -> xr.Dataset:
+    """Return a result; ``angles`` in degrees, one object each."""
+    rng = np.random.default_rng(seed)
+    K, S, T = len(angles), len(schemes), trials
+    time = 0.01 * np.arange(slots)
+    v = np.array(velocities[:K], dtype=float)
+    x0 = height / np.tan(np.deg2rad(np.array(angles, dtype=float)))
+    x = x0 + v * time[:, None]
+    z = np.broadcast_to((height - speed * time)[:, None], x.shape)
+    state = np.stack([np.arctan2(z, x), np.hypot(x, z), np.broadcast_to(v, x.shape)], axis=-1)
+    truth = np.broadcast_to(state, (T, slots, K, 3)).copy()
+    present = np.ones((T, slots, K), dtype=bool)
+    if coming_and_going:
+        for k in range(K):
+            first = (k * slots) // (2 * max(K, 1))
+            present[:, :first, k] = False
+            present[:, first + slots // 2 :, k] = False
+    truth[~present] = np.nan
+
+    since = np.arange(slots) % per_frame
+    omni = since == 0
+    phase = np.where(omni, "omni", "directional")
+    phases = np.array([_phases(scheme, phase) for scheme in schemes]).reshape(S, slots)
+    shape = (S, T, slots, K)
+    out = {
+        "predicted": np.full((*shape, 3), np.nan),
+        "estimated": np.full((*shape, 3), np.nan),
+        "estimated_cov": np.full((*shape, 3, 3), np.nan),
+        "measured": np.full((*shape, 3), np.nan),
+        "measured_var": np.full((*shape, 3), np.nan),
+        "beam": np.full((*shape, n_tx, 2), np.nan),
+        "sinr": np.full(shape, np.nan),
+    }
+    noise = rng.standard_normal((T, slots, K, 3))
+    for s, scheme in enumerate(schemes):
+        _fill(out, s, scheme, truth, noise, omni, n_tx, power)
+    out["predicted_cov"] = 1.5 * out["estimated_cov"]
+    out["radar_snr"] = 1e3 * out["sinr"]
+    out["rate"] = np.log2(1 + out["sinr"])
+    for s, scheme in enumerate(schemes):
+        if scheme.startswith("pilot"):
+            out["rate"][s][:, omni] = 0.0
+    for values in out.values():
+        values[np.broadcast_to(~present.reshape(1, *present.shape), shape)] = np.nan
+    result = _label(out, truth, present, schemes, phases, time)
+    result.attrs = {
+        "scenario": SCENARIO.format(
+            name=name, n_tx=n_tx, power=power, height=height, speed=speed,
+            per_frame=per_frame, frames=max(1, slots // per_frame),
+        ),
+        "seed": seed, "echobeam_version": "0", "created": "2024-01-01T00:00:00+00:00",
+    }  # fmt: skip
+    if with_bound:
+        # Every trial has the same covariance.
+        bound = np.sqrt(np.einsum("...ii->...i", out["estimated_cov"][:, 0]))
+        result["bound"] = (("scheme", "slot", "object", "state"), 0.8 * bound)
+    return result
+
+
+def _phases(scheme: str, phase: np.ndarray) -> np.ndarray:
+    if scheme == "omni":
+        return np.full(phase.shape, "omni", dtype="<U11")
+    return np.where(phase == "omni", "pilot", phase) if scheme.startswith("pilot") else phase
+
+
+def _fill(out, s, scheme, truth, noise, omni, n_tx, power):
+    """Fill one scheme's arrays: the mean of all measurements so far, or the pilot's held."""
+    slots, K = truth.shape[1:3]
+    held = scheme.startswith("pilot")
+    std = np.array([np.deg2rad(4.0), 1.5, 30.0])
+    for n in range(slots):
+        count = 1 if held else n + 1
+        error = 0.0 * noise[:, n] if scheme == "genie" else std * noise[:, :count].mean(axis=1)
+        spread = std / np.sqrt(count)
+        out["estimated"][s, :, n] = truth[:, n] + error
+        out["estimated_cov"][s, :, n] = np.diag(spread**2)
+        if omni[n] or not held:
+            out["measured"][s, :, n, :, 0] = truth[:, n, :, 0] + std[0] * noise[:, n, :, 0]
+            out["measured_var"][s, :, n] = std**2
+        else:
+            out["measured_var"][s, :, n] = np.inf
+        believed = out["estimated"][s, :, n - 1] - truth[:, n - 1] + truth[:, n]
+        if n and scheme != "pilot":
+            out["predicted"][s, :, n] = believed
+        d = truth[:, n, :, 1]
+        if omni[n] or scheme == "omni":
+            gain = np.full(d.shape, power / max(K, 1))
+        else:
+            aim = truth[:, n, :, 0] if scheme == "genie" else believed[..., 0]
+            active = n_tx if scheme in ("genie", "water-filling") else _aperture(n, held, n_tx)
+            m = np.arange(n_tx)
+            w = np.exp(1j * np.pi * m * np.sin(aim)[..., None]) * (m < active)
+            w *= np.sqrt(power / max(K, 1) / active)
+            out["beam"][s, :, n] = np.stack([w.real, w.imag], axis=-1)
+            a = np.exp(1j * np.pi * m * np.sin(truth[:, n, :, 0])[..., None])
+            gain = np.abs((a.conj() * w).sum(axis=-1)) ** 2
+        out["sinr"][s, :, n] = gain / d**2
+
+
+def _aperture(n: int, held: bool, n_tx: int) -> int:
+    return max(1, n_tx // 5) if held else min(n_tx, n_tx // 5 + 4 * n)
+
+
+def _label(out, truth, present, schemes, phases, time) -> xr.Dataset:
+    common = ("scheme", "trial", "slot", "object")
+    last = {
+        "predicted": ("state",), "estimated": ("state",),
+        "predicted_cov": ("state", "state_b"), "estimated_cov": ("state", "state_b"),
+        "measured": ("measurement",), "measured_var": ("measurement",),
+        "beam": ("antenna", "part"), "sinr": (), "rate": (), "radar_snr": (),
+    }  # fmt: skip
+    variables = {name: ((*common, *last[name]), values) for name, values in out.items()}
+    variables["truth"] = (("trial", "slot", "object", "state"), truth)
+    variables["present"] = (("trial", "slot", "object"), present)
+    return xr.Dataset(
+        variables,
+        coords={
+            "scheme": list(schemes),
+            "slot": np.arange(1, len(time) + 1),
+            "time": ("slot", time),
+            "state": STATES,
+            "measurement": MEASUREMENTS,
+            "part": ["re", "im"],
+            "phase": (("scheme", "slot"), phases),
+        },
+    )

@@ -1,0 +1,195 @@
+"""Beam patterns: closed forms, the drawn curves and bands, and which slots are chosen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from echobeam.plots import PlotError, patterns
+from echobeam.plots.beams import beam_gain, believed_angles, coverage_halfwidths, read_beams
+
+from .plot_dataset import build_result
+
+
+def panels_of(figure):
+    return {axes.get_title(): axes for axes in figure.axes if axes.get_title()}
+
+
+def curve_of(axes, k):
+    """Return the k-th object's curve: the lines with one point per grid angle."""
+    return [line for line in axes.get_lines() if len(line.get_xdata()) > 2][k]
+
+
+def verticals_of(axes):
+    return [line.get_xdata()[0] for line in axes.get_lines() if np.ptp(line.get_xdata()) == 0]
+
+
+def spans_of(axes):
+    return [(p.get_x(), p.get_x() + p.get_width()) for p in axes.patches]
+
+
+def test_a_matched_beam_has_the_dirichlet_kernel_for_its_pattern():
+    n, aim = 12, np.deg2rad(35.0)
+    theta = np.deg2rad(np.linspace(1.0, 179.0, 358))
+    w = np.exp(1j * np.pi * np.arange(n) * np.sin(aim)) / np.sqrt(n)
+    half = np.pi * (np.sin(theta) - np.sin(aim)) / 2
+    kernel = np.ones_like(half) * n
+    far = np.abs(np.sin(half)) > 1e-9
+    kernel[far] = np.sin(n * half[far]) ** 2 / np.sin(half[far]) ** 2 / n
+    np.testing.assert_allclose(beam_gain(w, theta, 0.5, "vertical"), kernel, atol=1e-9)
+
+
+def test_a_vertical_array_has_a_mirror_lobe_and_a_horizontal_one_has_not():
+    rng = np.random.default_rng(1)
+    w = rng.standard_normal(8) + 1j * rng.standard_normal(8)
+    theta = np.deg2rad(np.array([20.0, 160.0]))
+    here, mirrored = beam_gain(w, theta, 0.5, "vertical")
+    assert here == pytest.approx(mirrored, rel=1e-12)
+    here, mirrored = beam_gain(w, theta, 0.5, "horizontal")
+    assert here != pytest.approx(mirrored, rel=1e-3)
+
+
+def test_the_mean_gain_over_all_directions_is_the_beams_power():
+    """Parseval: at half a wavelength the pattern's mean over u in (-1, 1) is |w|^2."""
+    rng = np.random.default_rng(2)
+    w = rng.standard_normal(9) + 1j * rng.standard_normal(9)
+    u = -1 + 2 * np.arange(64) / 64
+    gain = beam_gain(w, np.arccos(u), 0.5, "horizontal")
+    assert gain.mean() == pytest.approx(np.sum(np.abs(w) ** 2), rel=1e-12)
+
+
+def test_curves_are_the_stored_beams_patterns_in_decibels():
+    result = build_result(trials=2)
+    axes = panels_of(patterns.draw(result, trial=1))["slot 4"]
+    m = np.arange(30)
+    for k in range(2):
+        stored = result["beam"].sel(scheme="temporal", slot=4).isel(trial=1, object=k)
+        w = stored.sel(part="re").values + 1j * stored.sel(part="im").values
+        degrees, decibels = curve_of(axes, k).get_data()
+        assert degrees[0] == 0.0
+        assert degrees[-1] == pytest.approx(180.0)
+        for i in (0, 400, 755, 1350):
+            a = np.exp(1j * np.pi * m * np.sin(np.deg2rad(degrees[i])))
+            assert decibels[i] == pytest.approx(20 * np.log10(abs(np.vdot(a, w))), abs=1e-6)
+
+
+@pytest.mark.parametrize(("scheme", "phase"), [("temporal", "omni"), ("pilot", "pilot")])
+def test_the_first_slot_is_a_flat_line_at_the_total_power(scheme, phase):
+    axes = panels_of(patterns.draw(build_result(power=100.0), scheme))[f"slot 1 ({phase})"]
+    (flat,) = [line for line in axes.get_lines() if np.ptp(line.get_xdata()) == 1.0]
+    np.testing.assert_allclose(flat.get_ydata(), 20.0)
+
+
+def test_vertical_lines_are_at_the_true_and_the_predicted_angle():
+    result = build_result()
+    axes = panels_of(patterns.draw(result))["slot 6"]
+    one = result.sel(slot=6, state="angle").isel(trial=0)
+    expected = np.rad2deg([one["truth"], one["predicted"].sel(scheme="temporal")]).T.ravel()
+    np.testing.assert_allclose(verticals_of(axes), expected)
+
+
+def test_the_band_is_the_prediction_with_three_sigma_of_the_last_measurement():
+    result = build_result()
+    last = {"scheme": "temporal", "slot": 5, "measurement": "angle"}
+    result["measured_var"].loc[last] = np.deg2rad(2.0) ** 2
+    axes = panels_of(patterns.draw(result))["slot 6"]
+    at = {"scheme": "temporal", "slot": 6, "state": "angle"}
+    predicted = np.rad2deg(result["predicted"].sel(at).isel(trial=0))
+    for k, (low, high) in enumerate(spans_of(axes)):
+        np.testing.assert_allclose([low, high], [predicted[k] - 6.0, predicted[k] + 6.0])
+
+
+def test_a_band_stays_between_0_and_180_degrees_and_within_the_widest_coverage():
+    result = build_result(angles=(12.0,), velocities=(0.0,), slots=2)
+    result["measured_var"].values[..., 0] = np.deg2rad(30.0) ** 2
+    ((low, high),) = spans_of(panels_of(patterns.draw(result))["slot 2"])
+    assert low == 0.0
+    assert high < 12.0 + 4 * 4.0 + 90.0
+    text = result.attrs["scenario"]
+    result.attrs["scenario"] = text + 'max_halfwidth = "20 deg"\n'
+    run = read_beams(result, "temporal", 0)
+    ((low, high),) = spans_of(panels_of(patterns.draw(result))["slot 2"])
+    assert high == pytest.approx(np.rad2deg(run.predicted[1, 0]) + 20.0)
+
+
+def test_the_pilots_coverage_is_that_of_its_pilot_slot():
+    run = read_beams(build_result(), "pilot", 0)
+    assert np.isinf(run.angle_var[1:]).all()
+    covered = coverage_halfwidths(run, 7, 3.0, np.pi)
+    np.testing.assert_allclose(covered, 3.0 * np.sqrt(run.angle_var[0]))
+    np.testing.assert_array_equal(believed_angles(run, 7), run.estimated[6])
+
+
+def test_an_object_that_left_takes_its_uncertainty_with_it():
+    run = read_beams(build_result(coming_and_going=True), "temporal", 0)
+    gone = np.flatnonzero(~run.present[:, 0])[0]
+    assert np.isfinite(coverage_halfwidths(run, gone, 3.0, np.pi)[0])
+    assert np.isnan(coverage_halfwidths(run, gone + 1, 3.0, np.pi)[0])
+
+
+def test_default_slots_are_those_of_the_papers_figure():
+    titles = list(panels_of(patterns.draw(build_result())))
+    assert titles == ["slot 1 (omni)", "slot 2", "slot 4", "slot 6", "slot 10"]
+
+
+def test_default_slots_follow_the_frame_with_most_beams():
+    result = build_result(slots=30)
+    result["beam"][:, :, :20] = np.nan
+    titles = list(panels_of(patterns.draw(result)))
+    assert titles == ["slot 21 (omni)", "slot 22", "slot 24", "slot 26", "slot 30"]
+
+
+def test_slots_can_be_chosen():
+    assert list(panels_of(patterns.draw(build_result(), slots=[3, 9]))) == ["slot 3", "slot 9"]
+
+
+def test_a_directional_slot_without_beams_says_so():
+    result = build_result()
+    result["beam"].loc[{"slot": 4}] = np.nan
+    axes = panels_of(patterns.draw(result))["slot 4"]
+    assert [text.get_text() for text in axes.texts] == ["no beams"]
+    assert not spans_of(axes)
+
+
+def test_a_beam_of_zeros_is_no_beam():
+    result = build_result()
+    result["beam"].loc[{"slot": 4, "object": 0}] = 0.0
+    axes = panels_of(patterns.draw(result))["slot 4"]
+    assert len([line for line in axes.get_lines() if len(line.get_xdata()) > 2]) == 1
+
+
+def test_more_objects_than_can_be_told_apart_are_counted_in_the_legend():
+    angles = np.linspace(20.0, 160.0, 11)
+    figure = patterns.draw(build_result(angles=angles, velocities=np.zeros(11), trials=1))
+    legend = next(axes.get_legend() for axes in figure.axes if axes.get_legend())
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert "(3 more objects not drawn)" in texts
+    assert sum(text.startswith("beam for object") for text in texts) == 8
+
+
+def test_axes_name_their_units():
+    figure = patterns.draw(build_result())
+    assert figure.get_supxlabel() == "Angle θ (deg)"
+    assert figure.axes[0].get_ylabel().endswith("(dB)")
+    assert patterns.draw(build_result(), slots=[2]).axes[0].get_xlabel() == "Angle θ (deg)"
+
+
+def test_the_first_directional_scheme_is_drawn_where_there_is_no_temporal_one():
+    figure = patterns.draw(build_result(schemes=("omni", "genie", "pilot")))
+    assert "genie" in figure.get_suptitle()
+    assert "omni" in patterns.draw(build_result(schemes=("omni",))).get_suptitle()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"scheme": "magic"}, "no scheme 'magic'; it holds temporal, pilot"),
+        ({"trial": 30}, "no trial 30; it holds 0 to 29"),
+        ({"trial": -1}, "no trial -1"),
+        ({"slots": [2, 11, 99]}, "no slot 11, 99; it holds 1 to 10"),
+        ({"slots": []}, "no slot"),
+    ],
+)
+def test_what_a_result_does_not_hold_is_named(arguments, message):
+    with pytest.raises(PlotError, match=message):
+        patterns.draw(build_result(), **arguments)

@@ -1,0 +1,116 @@
+"""The style: fixed and distinct looks, one for all, whatever the user's settings are."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from echobeam.plots import rate, style
+from echobeam.plots.setting import read_setting
+
+from .plot_dataset import build_result
+
+BUILT_IN = ("temporal", "pilot", "water-filling", "genie", "omni", "pilot-needle", "pilot-predict")
+
+# Machado, Oliveira and Fernandes (2009), severity 1.
+BLINDNESS = {
+    "protanopia": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "deuteranopia": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "tritanopia": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+}
+
+
+def linear(colour):
+    rgb = np.array(to_rgb(colour))
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+
+
+def lab(rgb):
+    """Return CIE L*a*b* (D65) of linear sRGB."""
+    matrix = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    xyz = np.clip(matrix @ np.clip(rgb, 0, 1) / [0.9505, 1.0, 1.089], 1e-6, None)
+    f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("kind", BLINDNESS)
+def test_the_four_main_schemes_colours_are_apart_for_the_colour_blind(kind):
+    """A difference in CIE L*a*b* beyond 10 is told at a glance; 2.3 can just be seen."""
+    seen = [
+        lab(np.array(BLINDNESS[kind]) @ linear(style.SCHEME_LOOKS[name].colour))
+        for name in BUILT_IN[:4]
+    ]
+    apart = [np.linalg.norm(a - b) for i, a in enumerate(seen) for b in seen[:i]]
+    assert min(apart) > 10
+
+
+@pytest.mark.parametrize("feature", ["colour", "marker", "line"])
+def test_every_built_in_scheme_differs_in_colour_marker_and_line(feature):
+    looks = style.scheme_looks(BUILT_IN)
+    assert len({getattr(look, feature) for look in looks.values()}) == len(BUILT_IN)
+
+
+def test_users_schemes_differ_from_each_other_and_from_the_built_in_ones():
+    names = [*BUILT_IN, *(f"mine-{i}" for i in range(7))]
+    looks = style.scheme_looks(names)
+    assert len({(look.colour, look.line) for look in looks.values()}) == 14
+    assert len({look.marker for look in looks.values()}) == 14
+
+
+def test_any_number_of_users_schemes_gets_a_look():
+    assert len(style.scheme_looks([f"mine-{i}" for i in range(50)])) == 50
+
+
+def test_objects_differ():
+    looks = [style.object_look(k) for k in range(style.MAX_OBJECTS)]
+    assert len({look.colour for look in looks}) == len({look.marker for look in looks}) == 8
+
+
+def test_drawing_leaves_the_users_settings_alone():
+    with mpl.rc_context({"font.size": 31.0, "lines.linewidth": 9.0}):
+        before = dict(mpl.rcParams)
+        rate.draw(build_result(trials=2))
+        assert dict(mpl.rcParams) == before
+
+
+def test_drawing_needs_no_pyplot():
+    code = (
+        "import sys, echobeam.plots; assert 'matplotlib.pyplot' not in sys.modules;"
+        "import echobeam; assert 'matplotlib' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_importing_echobeam_does_not_import_matplotlib():
+    code = "import sys, echobeam; assert 'matplotlib' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_setting_is_read_with_units():
+    setting = read_setting(build_result(height=80.0, speed=8.0, power=7.5, trials=4))
+    assert (setting.name, setting.trials, setting.n_tx) == ("paper-multi", 4, 30)
+    assert (setting.height, setting.speed, setting.power, setting.slot) == (80.0, 8.0, 7.5, 0.01)
+    assert setting.heading == pytest.approx(-np.pi / 2)
+    assert (setting.spacing, setting.axis, setting.width) == (0.5, "vertical", 3.0)
+
+
+@pytest.mark.parametrize("text", ["", "not = = toml", "uav = 3", '[uav]\nheight = "tall"'])
+def test_a_scenario_that_says_nothing_leaves_the_title_short(text):
+    result = build_result(trials=1)
+    result.attrs["scenario"] = text
+    setting = read_setting(result)
+    assert setting.height is None
+    assert setting.title() == "$N_t$ = 30, 1 trial"
+
+
+def test_titles_name_scheme_and_trial_wrap_and_show_dollars():
+    result = build_result(trials=9, name="5 $ and more " * 3)
+    title = read_setting(result).title("temporal", 4, width=40)
+    assert "trial 5 of 9" in title.replace("\n", " ")
+    assert all(len(line) <= 40 for line in title.split("\n"))
+    assert r"5 \$ and" in title

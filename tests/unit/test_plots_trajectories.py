@@ -1,0 +1,163 @@
+"""Trajectories: positions by plane geometry, ellipses by a Gaussian's law, arrows by direction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.patches import Ellipse
+from scipy import stats
+
+from echobeam.plots import trajectories
+from echobeam.plots.ground import occupants, offset, offset_cov, read_scene
+from echobeam.plots.setting import read_setting
+
+from .plot_dataset import build_result
+
+TIME = 0.01 * np.arange(10)
+
+
+def scene_of(result, scheme="temporal", trial=0):
+    return read_scene(result, scheme, trial, read_setting(result))
+
+
+def arrows_of(axes):
+    """Return each arrow's tip and the offset of its tail."""
+    return [(a.xy, np.array(a.xyann)) for a in axes.texts if getattr(a, "arrow_patch", None)]
+
+
+def test_true_positions_are_on_the_ground_where_the_kinematics_put_them():
+    scene = scene_of(build_result())
+    for k, (angle, velocity) in enumerate(((75.0, 30.0), (135.0, -3.0))):
+        x = 100.0 / np.tan(np.deg2rad(angle)) + velocity * TIME
+        np.testing.assert_allclose(scene.true[:, k, 0], x, rtol=1e-12)
+        np.testing.assert_allclose(scene.true[:, k, 1], 0.0, atol=1e-9)
+
+
+def test_the_uav_descends_and_levels_off():
+    scene = scene_of(build_result())
+    np.testing.assert_allclose(scene.uav[:, 0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(scene.uav[:, 1], 100.0 - 15.0 * TIME)
+    result = build_result(height=1.2, speed=15.0, slots=5)
+    result.attrs["scenario"] = result.attrs["scenario"].replace("[frame]", "floor = 1\n[frame]")
+    np.testing.assert_allclose(scene_of(result).uav[:, 1], [1.2, 1.05, 1.0, 1.0, 1.0])
+
+
+def test_a_uav_that_flies_along_the_road_takes_the_objects_positions_along():
+    result = build_result()
+    text = result.attrs["scenario"]
+    result.attrs["scenario"] = text.replace('heading = "-90 deg"', 'heading = "0 deg"')
+    moved, still = scene_of(result), scene_of(build_result())
+    np.testing.assert_allclose(moved.uav[:, 0], 15.0 * TIME, atol=1e-12)
+    shift = moved.true[..., 0] - still.true[..., 0]
+    np.testing.assert_allclose(shift, np.broadcast_to(15.0 * TIME[:, None], (10, 2)), atol=1e-9)
+
+
+def test_estimated_and_predicted_positions_are_drawn_in_the_close_ups():
+    result = build_result()
+    figure = trajectories.draw(result, trial=3)
+    one = result.sel(scheme="temporal").isel(trial=3, object=1)
+    for name in ("estimated", "predicted"):
+        theta, d = one[name].sel(state="angle"), one[name].sel(state="distance")
+        (line,) = [line for line in figure.axes[2].get_lines() if line.get_label() == name]
+        np.testing.assert_allclose(line.get_xdata(), d * np.cos(theta))
+        height = 100.0 - 15.0 * TIME - d * np.sin(theta)
+        np.testing.assert_allclose(line.get_ydata(), height, atol=1e-9)
+
+
+def test_the_position_covariance_is_the_jacobians_sandwich():
+    """Against a Jacobian by the complex step, of the complex position d exp(-j theta)."""
+    rng = np.random.default_rng(3)
+    state = np.array([1.1, 80.0, 7.0])
+    root = rng.standard_normal((3, 3))
+    cov = root @ root.T
+    step = 1e-20
+
+    def place(theta, d):
+        return np.array([d * np.cos(theta), -d * np.sin(theta)])
+
+    jacobian = np.column_stack(
+        [
+            place(state[0] + 1j * step, state[1]).imag / step,
+            place(state[0], state[1] + 1j * step).imag / step,
+        ]
+    )
+    np.testing.assert_allclose(offset(state), place(*state[:2]))
+    np.testing.assert_allclose(
+        offset_cov(state, cov), jacobian @ cov[:2, :2] @ jacobian.T, rtol=1e-12
+    )
+
+
+def test_ellipses_hold_95_per_cent():
+    """Every point of the ellipse has the Mahalanobis distance of chi-square's 95 % quantile."""
+    result = build_result(slots=3)
+    scene = scene_of(result)
+    axes = trajectories.draw(result).axes[1]
+    ellipses = [child for child in axes.get_children() if isinstance(child, Ellipse)]
+    assert len(ellipses) == 3
+    for n, ellipse in enumerate(ellipses):
+        outline = ellipse.get_patch_transform().transform(
+            [[np.cos(t), np.sin(t)] for t in np.linspace(0, 6, 7)]
+        )
+        away = outline - scene.estimated[n, 0]
+        squared = np.einsum("pi,ij,pj->p", away, np.linalg.inv(scene.spread[n, 0]), away)
+        np.testing.assert_allclose(squared, stats.chi2.ppf(0.95, 2), rtol=1e-6)
+
+
+def test_arrows_point_in_the_direction_of_movement():
+    scene_axes = trajectories.draw(build_result()).axes[0]
+    uav, right, left = [tail for _, tail in arrows_of(scene_axes)]
+    assert uav[1] > 0
+    assert right[0] < 0
+    assert left[0] > 0
+    tips = np.array([tip for tip, _ in arrows_of(scene_axes)])
+    np.testing.assert_allclose(tips[1], [100 / np.tan(np.deg2rad(75)) + 2.7, 0], atol=1e-9)
+
+
+def test_what_does_not_move_has_a_dot_and_no_arrow():
+    result = build_result(angles=(60.0,), velocities=(0.0,), speed=0.0)
+    axes = trajectories.draw(result).axes[0]
+    assert not arrows_of(axes)
+    assert [line.get_marker() for line in axes.get_lines()].count("o") == 2
+
+
+def test_stretches_end_where_an_object_leaves():
+    scene = scene_of(build_result(coming_and_going=True))
+    assert scene.stretches == [[slice(0, 5)], [slice(2, 7)]]
+
+
+def test_stretches_end_where_another_vehicle_takes_the_column():
+    time = 0.1 * np.arange(8)
+    x = np.where(np.arange(8) < 3, 50.0 + 20.0 * time, -80.0 + 20.0 * time)
+    way = np.stack([x, np.zeros(8)], axis=-1)
+    assert occupants(way, np.full(8, 20.0), time) == [slice(0, 3), slice(3, 8)]
+
+
+def test_braking_hard_does_not_end_a_stretch():
+    time = 0.1 * np.arange(20)
+    velocity = np.maximum(30.0 - 9.0 * time, 0.0)
+    x = np.cumsum(velocity) * 0.1
+    assert occupants(np.stack([x, 0 * x], axis=-1), velocity, time) == [slice(0, 20)]
+
+
+def test_a_column_without_anybody_has_no_stretch():
+    assert occupants(np.full((4, 2), np.nan), np.full(4, np.nan), 0.1 * np.arange(4)) == []
+
+
+@pytest.mark.parametrize("objects", [1, 2, 3, 4, 7])
+def test_close_ups_are_made_of_up_to_four_objects(objects):
+    angles = np.linspace(40.0, 140.0, objects)
+    result = build_result(angles=angles, velocities=np.full(objects, 9.0), trials=1)
+    assert len(trajectories.draw(result).axes) == 1 + min(objects, 4)
+
+
+def test_close_ups_are_of_those_who_stay_longest():
+    result = build_result(angles=(40.0, 60, 80, 100, 120), velocities=(9.0,) * 5, trials=1)
+    result["present"][:, 4:, 1] = False
+    titles = [axes.get_title() for axes in trajectories.draw(result).axes[1:]]
+    assert titles == ["object 1", "object 3", "object 4", "object 5"]
+
+
+def test_axes_name_their_units():
+    for axes in trajectories.draw(build_result()).axes:
+        assert axes.get_xlabel().endswith("(m)")
+        assert axes.get_ylabel() == "Height (m)"
