@@ -87,8 +87,10 @@ def test_an_object_marked_unknown_is_unknown_whatever_its_numbers() -> None:
     state = belief(NEAR, FAR)
     state = GaussianState(state.mean, state.cov, np.array([True, False]))
     prior = predict(state, UAV, 0.01, PROCESS_STD)
-    np.testing.assert_array_equal(prior.known, [True, False])
-    assert np.isnan(prior.mean[1]).all()
+    posterior = update(state, echo_of(state.mean), UAV, CARRIER)
+    for result in (prior, posterior):
+        np.testing.assert_array_equal(result.known, [True, False])
+        assert np.isnan(result.mean[1]).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)

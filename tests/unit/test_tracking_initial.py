@@ -83,7 +83,13 @@ def without_doppler() -> Measurement:
 
 
 @pytest.mark.parametrize(
-    "radar", [without_doppler(), measured(np.array([np.pi / 2, 100.0, 20.0]))], ids=["none", "90"]
+    "radar",
+    [
+        without_doppler(),
+        altered(measured(TRUTH[0]), {(2,): np.nan}),
+        measured(np.array([np.pi / 2, 100.0, 20.0])),
+    ],
+    ids=["none", "no number", "90 degrees"],
 )
 def test_a_doppler_that_says_nothing_of_the_velocity_leaves_it_open(radar: Measurement) -> None:
     state = initial_state(radar, UAV, CARRIER)

@@ -75,7 +75,7 @@ def _invert_doppler(
     per_angle = -H[..., 2, 0] / H[..., 2, 2]
     angle_var, doppler_var = measurement.variance[..., 0], measurement.variance[..., 2]
     variance = per_angle**2 * angle_var + doppler_var / H[..., 2, 2] ** 2
-    believed = np.isfinite(v) & (variance <= VELOCITY_STD_BOUND**2)
+    believed = variance <= VELOCITY_STD_BOUND**2  # not where it is NaN, as is v then
     mean[..., 2] = np.where(believed, v, mean[..., 2])
     cov[..., 2, 2] = np.where(believed, variance, cov[..., 2, 2])
     cov[..., 0, 2] = cov[..., 2, 0] = np.where(believed, per_angle * angle_var, 0.0)
