@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from echobeam.beamforming.coverage import coverage_grid
@@ -38,7 +40,8 @@ def recover_beams(problem: BeamProblem, model: Model, covariances: list[Array]) 
         [_beam(beam, covariance) for beam, covariance in zip(model.beams, covariances, strict=True)]
     )
     channels = steering_vector(problem.angles, problem.n_tx, problem.spacing, problem.axis)
-    return settle_powers(beams, channels, model.loss, model.threshold) * np.sqrt(problem.power)
+    settled = settle_powers(beams, channels, model.loss, model.threshold)
+    return settled * math.sqrt(problem.power)
 
 
 def _beam(beam: BeamModel, covariance: Array) -> ComplexArray:

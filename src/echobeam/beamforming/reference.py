@@ -42,10 +42,13 @@ LEAST_POWER = 1e-6
 """A beam with less of the power is not asked for its rank."""
 
 SOLVERS: tuple[tuple[str, dict[str, float]], ...] = (
-    ("CLARABEL", {"tol_gap_rel": 1e-9, "tol_gap_abs": 1e-9, "tol_feas": 1e-9}),
-    ("SCS", {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iters": 50_000}),
+    ("SCS", {"eps_abs": 1e-6, "eps_rel": 1e-6, "max_iters": 4_000}),
+    ("CLARABEL", {}),
 )
 """In the order in which they are tried."""
+
+RESIDUAL = 1e-6
+"""Largest violation with which a solution that its solver calls inaccurate is taken."""
 
 RANK_ONE = 1e-6
 """Largest ratio of the second eigenvalue to the first that counts as rank one."""
@@ -125,7 +128,8 @@ class ReferenceProblem:
     def maximise(self, objective: Any, constraints: list[Any]) -> ComplexArray | None:
         """Return the covariances that maximise a concave objective, None if there are none.
 
-        CVXPY has returned wrong values as inaccurate ones here: only a clean "optimal" counts.
+        Solvers have returned wrong values as inaccurate ones here; such a solution is the last
+        resort, and its constraints are examined.
         """
         cp = self._cvxpy
         stated = cp.Problem(cp.Maximize(objective), self.constraints + constraints)
@@ -136,11 +140,15 @@ class ReferenceProblem:
                     stated.solve(solver=name, **options)
             except (cp.SolverError, ArithmeticError, ValueError):
                 continue
-            if stated.status == cp.OPTIMAL:
-                return np.stack([np.asarray(W.value) for W in self.covariances])
             if stated.status == cp.INFEASIBLE:
                 return None
-        return None
+            if stated.status == cp.OPTIMAL:
+                break
+        if stated.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
+            return None
+        if stated.status != cp.OPTIMAL and _residual(stated) > RESIDUAL:
+            return None
+        return np.stack([np.asarray(W.value) for W in self.covariances])
 
     def minimise_rank_step(
         self, at: ComplexArray, scale: float, weight: float, radius: float
@@ -247,6 +255,11 @@ def rank_ratio(covariances: ComplexArray) -> float:
         return 0.0
     first = np.maximum(values[:, -1], LEAST_POWER)
     return float(np.max(np.maximum(values[:, -2], 0.0) / first))
+
+
+def _residual(stated: Any) -> float:
+    """Return the largest violation of a CVXPY problem's constraints at its solution."""
+    return max(float(np.max(constraint.violation())) for constraint in stated.constraints)
 
 
 def _columns(covariance: ComplexArray) -> ComplexArray:
