@@ -11,7 +11,7 @@ from echobeam.physics.motion import UavPath, initial_distance, move_object, uav_
 from echobeam.scenario.load import trace_path
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.randomness import Stream, standard_normals
-from echobeam.traces import load_motion
+from echobeam.traces import load_motion, road_between
 from echobeam.values import Array, BoolArray, IntArray, UavMotion
 
 
@@ -112,6 +112,7 @@ def _traced(scenario: Scenario, path: UavPath) -> Motion:
         uav_x=path.x,
         max_objects=table.max_objects,
         range_m=table.range,
+        road=None if table.road is None else road_between(table.road[:2], table.road[2:]),
         origin=table.origin,
         start=table.start,
     )
