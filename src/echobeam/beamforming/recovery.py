@@ -18,6 +18,9 @@ from echobeam.values import Array, ComplexArray
 NO_POWER = 1e-12
 """Share of the whole power below which a beam is switched off."""
 
+ROUNDING = 1e-15
+"""Share of the power held back, so that rounding does not exceed the budget."""
+
 
 def recover_beams(problem: BeamProblem, model: Model, covariances: list[Array]) -> ComplexArray:
     """Return rank-one beams with the patterns and powers of reduced covariances.
@@ -71,7 +74,7 @@ def settle_powers(
         return beams
     gains = np.abs(np.conj(channels[served]) @ beams[served].T) ** 2 / powers[served]
     settled = settle(gains, loss[served], threshold[served], powers[served])
-    beams[served] *= np.sqrt(settled / powers[served])[:, np.newaxis]
+    beams[served] *= np.sqrt(settled / powers[served] * (1.0 - ROUNDING))[:, np.newaxis]
     return beams
 
 

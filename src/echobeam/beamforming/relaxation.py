@@ -25,8 +25,11 @@ from echobeam.values import Array
 PROVED = 1e-8
 """Relative gap at which a design is taken as the best one without further search."""
 
-DOUBTFUL = 3e-3
+DOUBTFUL = 1e-2
 """Relative gap above which other starts are tried."""
+
+CLOSE = 1e-5
+"""Relative gap at which a bound is not tightened further."""
 
 FLOOR_DIGITS = 1e-6
 CRUMB = 1e-3
@@ -37,13 +40,12 @@ def solve(problem: BeamProblem) -> Proposal:
     """Solve problem (38) with K >= 1 objects through its reduced relaxation, Eqs. (51)-(54)."""
     model = build_model(problem)
     shapes = [best_shape(beam) for beam in model.beams]
-    bound = upper_bound(model, shapes)
-    design = _search(model, shapes, bound)
-    if design is None:
+    found = None if impossible_alone(model, shapes) else _search(model, shapes)
+    if found is None:
         return fair_proposal(problem, model, shapes)
-    beams = recover_beams(problem, model, design.covariances)
+    design, bound = found
     return Proposal(
-        beams=beams,
+        beams=recover_beams(problem, model, design.covariances),
         upper_bound=bound,
         status="optimal",
         message="",
@@ -51,30 +53,47 @@ def solve(problem: BeamProblem) -> Proposal:
     )
 
 
-def upper_bound(model: Model, shapes: list[Shape]) -> float:
-    """Return the smallest bound that could be proved from the shapes' bounds, bit/s/Hz."""
+def upper_bound(model: Model, shapes: list[Shape], value: float = 0.0) -> float:
+    """Return the smallest bound that could be proved from the shapes' bounds, bit/s/Hz.
+
+    Parameters
+    ----------
+    model, shapes
+        The reduced problem and the best shape of each beam.
+    value
+        Sum rate of a design; a bound close to it is not tightened further.
+    """
     gains = np.array([shape.bound for shape in shapes])
     free = interference_free_bound(gains, model.loss, model.threshold)
+    if free <= value * (1.0 + CLOSE):
+        return free
     return min(free, dirty_paper_bound(model.channels, model.loss))
 
 
-def _search(model: Model, shapes: list[Shape], bound: float) -> Design | None:
-    """Return the best design found, None if the floors (38e) could not be met."""
+def _search(model: Model, shapes: list[Shape]) -> tuple[Design, float] | None:
+    """Return the best design found and a bound, None if the floors (38e) could not be met."""
     units = [shape.covariance for shape in shapes]
     cuts = [shape.cuts for shape in shapes]
-    if impossible_alone(model, shapes):
-        return None
     powers = spend(model_gains(model, units), model.loss, model.threshold)
-    designs = [] if powers is None else [Design(_scaled(units, powers), cuts, 0)]
-    if designs and _gap(model, designs[0], bound) <= PROVED:
-        return designs[0]
+    best, value, bound = None, 0.0, np.inf
+    if powers is not None:
+        best = Design(_scaled(units, powers), cuts, 0)
+        value = _value(model, best)
+        bound = upper_bound(model, shapes, value)
+        if bound <= value * (1.0 + PROVED):
+            return best, bound
     for covariances in _starts(model, units, powers):
         design = improve(model, Design(covariances, cuts, 0))
         if design is not None and meets_floors(model, design):
-            designs.append(design)
-        if not designs or _gap(model, designs[-1], bound) <= DOUBTFUL:
+            reached = _value(model, design)
+            if reached > value:
+                best, value = design, reached
+        if best is None:
+            return None
+        bound = upper_bound(model, shapes, value)
+        if bound <= value * (1.0 + DOUBTFUL):
             break
-    return max(designs, key=lambda design: _value(model, design), default=None)
+    return None if best is None else (best, bound)
 
 
 def impossible_alone(model: Model, shapes: list[Shape]) -> bool:
@@ -116,7 +135,3 @@ def _scaled(units: list[Array], powers: Array) -> list[Array]:
 
 def _value(model: Model, design: Design) -> float:
     return float(sum_rate(model_gains(model, design.covariances), model.loss) / np.log(2.0))
-
-
-def _gap(model: Model, design: Design, bound: float) -> float:
-    return bound / _value(model, design) - 1.0

@@ -34,6 +34,9 @@ MOST_ROUNDS = 15
 STEADY = 1e-9
 """Relative change of the sum rate at which the steps end."""
 
+TRUSTED = 1e-7
+"""Relative error of the model over a whole step at which its maximum is taken for the true one."""
+
 LEAST_SCALE = 1e-4
 """A beam's matrix is counted in units of its present power, but of no less than this."""
 
@@ -84,35 +87,36 @@ def improve(model: Model, start: Design) -> Design | None:
     Design or None
         None if not even the first step could be solved; then the floors (38e) may be too high.
     """
-    gains = model_gains(model, start.covariances)
-    step = _solve_with_cuts(model, start, gains)
-    if step is None:
-        return None
-    design = replace(step, solves=start.solves + step.solves)
-    gains = model_gains(model, design.covariances)
+    design, gains = start, model_gains(model, start.covariances)
     value = float(sum_rate(gains, model.loss))
-    for _ in range(MOST_STEPS):
+    for count in range(MOST_STEPS):
         step = _solve_with_cuts(model, design, gains)
         if step is None:
-            break
+            return None if count == 0 else design
         change = model_gains(model, step.covariances) - gains
-        along = sum_rate(gains + PARTS[:, np.newaxis, np.newaxis] * change, model.loss)
-        best = int(np.argmax(along))
-        part, rise = float(PARTS[best]), float(along[best]) - value
+        part = 1.0 if count == 0 else _best_part(model, gains, change)
+        risen = float(sum_rate(gains + part * change, model.loss))
+        rise, promised = risen - value, _promised(model, gains, change)
         solves = design.solves + step.solves
-        if rise <= 0.0:
+        if count > 0 and rise <= 0.0:
             return replace(design, solves=solves)
         mixed = [
             (1.0 - part) * old + part * new
             for old, new in zip(design.covariances, step.covariances, strict=True)
         ]
         design = Design(mixed, step.cuts, solves)
-        promised = _promised(model, gains, change)
-        gains, value = gains + part * change, value + rise
+        gains, value = gains + part * change, risen
         # Where the model was right about a whole step, its maximum is the true one.
-        if rise <= STEADY * value or (part == 1.0 and abs(promised - rise) <= STEADY * value):
+        right = part == 1.0 and abs(promised - rise) <= TRUSTED * value
+        if right or (count > 0 and rise <= STEADY * value):
             break
     return design
+
+
+def _best_part(model: Model, gains: Array, change: Array) -> float:
+    """Return the part of a step at which the true sum rate is largest."""
+    along = sum_rate(gains + PARTS[:, np.newaxis, np.newaxis] * change, model.loss)
+    return float(PARTS[int(np.argmax(along))])
 
 
 def _slopes(model: Model, gains: Array) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from echobeam.values import Array, BoolArray
 ENOUGH = 1e-9
 """Relative distance of gain and bound at which a shape is the best one."""
 
-MOST_ROUNDS = 15
+MOST_ROUNDS = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
