@@ -23,19 +23,22 @@ MOST_TRIALS = 256
 def with_bound(result: xr.Dataset, scenario: Scenario) -> xr.Dataset:
     """Return the result with the variable ``bound`` (scheme, slot, object, state).
 
-    It holds standard deviations in rad, m and m/s, NaN before the measurements determine the
-    state. A result whose objects come and go is returned as it is: there the recursion would have
+    It holds standard deviations in rad, m and m/s: NaN before the measurements determine the
+    state, and for a scheme that predicts nothing (a held estimate is biased, and the bound is not
+    for it). A result whose objects come and go is returned as it is: there the recursion would have
     to begin anew with every object.
     """
     part = result[["truth", "present", "measured_var"]].isel(trial=slice(0, MOST_TRIALS)).load()
     if part.sizes["object"] == 0 or not part["present"].values.all():
         return result
+    predicts = np.isfinite(result["predicted"].isel(trial=0).values).any(axis=(1, 2, 3))
     bounds = np.stack(
         [
             _scheme_bound(scenario, part["truth"].values, variance)
             for variance in part["measured_var"].values
         ]
     )
+    bounds[~predicts] = np.nan
     attributes = {"units": "rad, m, m/s", "long_name": "posterior Cramer-Rao bound (std)"}
     return result.assign(bound=(("scheme", "slot", "object", "state"), bounds, attributes))
 

@@ -125,4 +125,4 @@ class BlockFiles:
 
     def remove(self) -> None:
         """Remove the directory, when its result is in place."""
-        shutil.rmtree(self.directory)
+        shutil.rmtree(self.directory, ignore_errors=True)

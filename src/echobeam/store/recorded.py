@@ -20,7 +20,7 @@ from echobeam.simulation.blocks import cut, run_block
 from echobeam.simulation.motion import plan_motion
 from echobeam.simulation.run import check_count, resolve_schemes
 from echobeam.store.block_files import BlockFiles, Job, digest
-from echobeam.store.result import write_result
+from echobeam.store.result import open_result, write_result
 from echobeam.store.writing import check_writable
 from echobeam.version import __version__
 
@@ -75,8 +75,11 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     """
     scenario = recording.scenario
     check_count(recording.trials, recording.seed)
-    check_writable(recording.out, force=recording.force)
     names = [scheme.name for scheme in resolve_schemes(scenario, recording.schemes)]
+    if recording.resume and _finished(recording, names):
+        BlockFiles.beside(recording.out).remove()
+        return
+    check_writable(recording.out, force=recording.force)
     plan_motion(scenario, recording.seed, range(1))  # a trace that cannot be used says so now
     blocks = cut(scenario, recording.trials)
     files = BlockFiles.beside(recording.out)
@@ -101,6 +104,20 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     except KeyboardInterrupt:
         raise RunError(f"interrupted; {_kept(files, blocks)}") from None
     files.remove()
+
+
+def _finished(recording: Recording, names: Sequence[str]) -> bool:
+    """Whether the result is there already: a run may be killed after its last file is in place."""
+    if not recording.out.is_file():
+        return False
+    with open_result(recording.out) as result:
+        return (
+            result.attrs["scenario"] == dump_scenario(recording.scenario)
+            and int(result.attrs["seed"]) == recording.seed
+            and result.attrs["echobeam_version"] == __version__
+            and result["scheme"].values.tolist() == list(names)
+            and result.sizes["trial"] == recording.trials
+        )
 
 
 def _job(recording: Recording) -> Job:
