@@ -9,6 +9,7 @@ inner products are kept.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,6 +26,7 @@ IMPOSSIBLE = (
 )
 
 
+@lru_cache(maxsize=256)
 def triangle(size: int) -> tuple[IntArray, IntArray, Array]:
     """Return rows, columns and weights of the scaled upper triangle, column by column."""
     column, row = (index.astype(np.int64) for index in np.tril_indices(size))

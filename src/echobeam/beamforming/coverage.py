@@ -9,6 +9,8 @@ from echobeam.values import Array, BoolArray, IntArray
 WHOLE_MULTIPLE = 1e-9
 """A half-width this close (in steps) to a whole number of steps is not rounded up."""
 
+MOST_STEPS = 2.0**53
+
 POINTS_PER_LOBE = 4
 """Points kept per Nyquist lobe 2 pi / N of the phase: the pattern has no finer detail."""
 
@@ -23,8 +25,8 @@ def coverage_steps(halfwidths: Array, resolution: float) -> IntArray:
     resolution
         rad: step of the grid.
     """
-    steps: IntArray = np.ceil(np.asarray(halfwidths) / resolution - WHOLE_MULTIPLE).astype(np.int64)
-    return np.maximum(steps, 0)
+    steps = np.ceil(np.asarray(halfwidths) / resolution - WHOLE_MULTIPLE)
+    return np.clip(steps, 0.0, MOST_STEPS).astype(np.int64)
 
 
 def coverage_grid(angles: Array, halfwidths: Array, resolution: float) -> tuple[Array, BoolArray]:

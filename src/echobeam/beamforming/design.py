@@ -10,6 +10,7 @@ import numpy as np
 
 from echobeam.beamforming.answer import BatchAnswer, BeamAnswer
 from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.coverage import coverage_steps
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
 from echobeam.beamforming.proposal import Proposal
@@ -24,6 +25,9 @@ SOLVERS = {
 
 FEASIBLE = 1e-6
 """Largest relative violation of a design that passes for feasible."""
+
+MOST_NUMBERS = 2e7
+"""Largest number of values of all coverage grids' steering vectors that is taken on."""
 
 
 def design_beams(problem: BeamProblem, method: str = "fast") -> BeamAnswer:
@@ -45,12 +49,12 @@ def design_beams(problem: BeamProblem, method: str = "fast") -> BeamAnswer:
     Raises
     ------
     ProblemError
-        If there is no such method.
+        If there is no such method, or the coverage grid would not fit into memory.
     ImportError
         If ``"reference"`` is asked for and CVXPY is not installed.
     """
-    if method not in SOLVERS:
-        raise ProblemError(f"method must be one of {', '.join(SOLVERS)}, not {method!r}")
+    _check_method(method)
+    _check_size(problem)
     begun = time.perf_counter()
     proposal = _nothing(problem) if problem.n_objects == 0 else _solver(method)(problem)
     return _judged(problem, proposal, begun)
@@ -69,6 +73,7 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
     method
         As in `design_beams`.
     """
+    _check_method(method)
     n_trials, n_objects = batch.active.shape
     beams = np.zeros((n_trials, n_objects, batch.n_tx), dtype=complex)
     objective = np.zeros(n_trials)
@@ -90,12 +95,26 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
     return BatchAnswer(beams=beams, objective=objective, fallback=fallback, messages=messages)
 
 
+def _check_method(method: str) -> None:
+    if method not in SOLVERS:
+        raise ProblemError(f"method must be one of {', '.join(SOLVERS)}, not {method!r}")
+
+
+def _check_size(problem: BeamProblem) -> None:
+    steps = coverage_steps(problem.coverage_halfwidths, problem.resolution)
+    points = 2.0 * float(np.max(steps, initial=0)) + 1.0
+    if points * problem.n_objects * problem.n_tx > MOST_NUMBERS:
+        raise ProblemError(
+            f"the coverage grid has {points:.3g} points per object at n_tx = {problem.n_tx}, "
+            "too many to examine; take a coarser resolution or a narrower coverage"
+        )
+
+
 def _one(batch: ProblemBatch, trial: int, method: str) -> BeamAnswer | str:
     try:
-        problem = batch.problem(trial)
+        return design_beams(batch.problem(trial), method)
     except ProblemError as error:
         return str(error)
-    return design_beams(problem, method)
 
 
 def _key(batch: ProblemBatch, trial: int) -> bytes:

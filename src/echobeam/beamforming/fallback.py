@@ -28,6 +28,9 @@ ENOUGH = 1e-7
 
 BISECTIONS = 60
 
+ALIKE = 1e-9
+"""How far the correlation of two steering vectors may be from one to call them the same."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fair:
@@ -63,7 +66,7 @@ def fair_proposal(problem: BeamProblem, model: Model, shapes: list[Shape]) -> Pr
         beams=recover_beams(problem, scaled, fair.design.covariances),
         upper_bound=min(unbound, dirty_paper_bound(model.channels, model.loss)),
         status="fallback",
-        message=_message(problem.min_rate, fair.factor, _alone(model, shapes)),
+        message=_message(problem.min_rate, fair.factor, _alone(model, shapes), _alike(model)),
         iterations=fair.design.solves + sum(shape.solves for shape in shapes),
     )
 
@@ -97,18 +100,23 @@ def largest_factor(model: Model, shapes: list[Shape]) -> Fair:
 def _spread(model: Model, units: list[Array], design: Design) -> tuple[float, Design]:
     """Return the largest factor for given shapes, and the design that reaches it."""
     gains = model_gains(model, units)
-    low, high, best = 0.0, 1.0, None
-    for factor in (1.0, *np.full(BISECTIONS, np.nan)):
-        tried = float(factor) if np.isfinite(factor) else (low + high) / 2.0
-        powers = least_powers(gains, model.loss, _scaled_threshold(model, tried))
-        if powers is not None and float(np.sum(powers)) <= 1.0:
-            low, best = tried, powers
-            if tried == 1.0:
-                break
+
+    def powers_for(factor: float) -> Array | None:
+        powers = least_powers(gains, model.loss, _scaled_threshold(model, factor))
+        return None if powers is None or float(np.sum(powers)) > 1.0 else powers
+
+    low, high, best = 0.0, 1.0, powers_for(1.0)
+    if best is not None:
+        low = 1.0
+    for _ in range(BISECTIONS if best is None else 0):
+        middle = (low + high) / 2.0
+        powers = powers_for(middle)
+        if powers is None:
+            high = middle
         else:
-            high = tried
-    if best is None:
-        best = np.full(len(units), 1.0 / len(units))
+            low, best = middle, powers
+    if best is None or float(np.sum(best)) <= 0.0:
+        best = np.ones(len(units))
     best = best / float(np.sum(best))
     covariances = [power * unit for power, unit in zip(best, units, strict=True)]
     return low, replace(design, covariances=covariances)
@@ -149,7 +157,18 @@ def _alone(model: Model, shapes: list[Shape]) -> Array:
     return np.asarray(np.log1p(gains / model.loss) / np.log(2.0))
 
 
-def _message(min_rate: Array, factor: float, alone: Array) -> str:
+def _alike(model: Model) -> list[str]:
+    """Name the pairs of objects whose steering vectors are the same: no beam tells them apart."""
+    gram = model.channels @ model.channels.T / model.channels.shape[-1]
+    first, second = np.nonzero(np.triu(np.abs(gram) >= 1.0 - ALIKE, k=1))
+    return [
+        f"objects {i} and {k} lie in one direction for the array (same sine), "
+        "where no beams can separate them"
+        for i, k in zip(first, second, strict=True)
+    ]
+
+
+def _message(min_rate: Array, factor: float, alone: Array, alike: list[str]) -> str:
     """Say which floors are at fault, in words."""
     if factor >= 1.0:
         return "the floors can be met, but the solver did not converge; beams of least power"
@@ -166,4 +185,4 @@ def _message(min_rate: Array, factor: float, alone: Array) -> str:
             if floor > 0.0
         ]
         faults[0] = "the floors cannot be met together; " + faults[0]
-    return "; ".join(faults) + f"; all floors scaled by {factor:.4g}"
+    return "; ".join(faults + alike) + f"; all floors scaled by {factor:.4g}"

@@ -7,6 +7,9 @@ import numpy as np
 from echobeam.values import Array
 
 MOST_STEPS = 100
+BUDGET_DIGITS = 1e-9
+"""Relative excess of the budget that is put down to rounding."""
+
 ROUNDING = 1e-15
 
 
@@ -84,11 +87,12 @@ def spend(gains: Array, loss: Array, threshold: Array) -> Array | None:
         ``(K,)``; None if the floors cannot be met with these shapes.
     """
     least = least_powers(gains, loss, threshold)
-    if least is None or np.sum(least) > 1.0:
+    if least is None or np.sum(least) > 1.0 + BUDGET_DIGITS:
         return None
+    least = least / max(1.0, float(np.sum(least)))
     wanted, _ = water_filling(np.diagonal(gains), loss, least)
     settled = settle(gains, loss, threshold, wanted)
-    if np.all(_required(gains, loss, threshold, settled) <= settled * (1.0 + 1e-12)):
+    if np.all(_required(gains, loss, threshold, settled) <= settled * (1.0 + BUDGET_DIGITS)):
         return settled
     # More power for all in the same proportion never harms a floor.
     total = float(np.sum(least))

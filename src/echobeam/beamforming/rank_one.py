@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.values import Array, ComplexArray
+from echobeam.values import Array, ComplexArray, IntArray
 
 MOST_STEPS = 60
-ENOUGH = 1e-13
+ENOUGH = 1e-12
 
 NEGLIGIBLE = 1e-15
 """Share of the power outside one column at which the column is the beam."""
@@ -61,44 +61,55 @@ def spectral_factor(lags: ComplexArray) -> tuple[ComplexArray, Array]:
     wanted = lags / power
     present = np.zeros(lags.shape, dtype=complex)
     present[..., 0] = 1.0
-    best, error = present, _residual(present, wanted)
+    has = autocorrelation(present[..., np.newaxis])
+    best, error = present, _distance(has, wanted)
+    indices = _indices(lags.shape[-1])
     for _ in range(MOST_STEPS):
-        past, present = present, _newton_step(present, wanted)
-        for candidate in (present, 2.0 * present - past):
-            residual = _residual(candidate, wanted)
-            better = residual < error
+        past, present = present, _newton_step(present, wanted + has, indices)
+        has = autocorrelation(present[..., np.newaxis])
+        ahead = 2.0 * present - past
+        would_have = autocorrelation(ahead[..., np.newaxis])
+        for candidate, its in ((present, has), (ahead, would_have)):
+            distance = _distance(its, wanted)
+            better = distance < error
             best = np.where(better[..., np.newaxis], candidate, best)
-            error = np.where(better, residual, error)
+            error = np.where(better, distance, error)
         if np.all(error < ENOUGH):
             break
     return best * np.sqrt(power), error
 
 
-def _residual(factor: ComplexArray, wanted: ComplexArray) -> Array:
-    worst: Array = np.max(np.abs(autocorrelation(factor[..., np.newaxis]) - wanted), axis=-1)
+def _distance(lags: ComplexArray, wanted: ComplexArray) -> Array:
+    worst: Array = np.max(np.abs(lags - wanted), axis=-1)
     return worst
 
 
-def _newton_step(factor: ComplexArray, wanted: ComplexArray) -> ComplexArray:
+def _indices(n_tx: int) -> tuple[IntArray, IntArray]:
+    """Return where the Hankel and the Toeplitz matrix of a padded vector take their entries."""
+    row, column = np.arange(n_tx)[:, np.newaxis], np.arange(n_tx)
+    return row + column, (column - row) % (2 * n_tx)
+
+
+def _newton_step(
+    factor: ComplexArray, target: ComplexArray, indices: tuple[IntArray, IntArray]
+) -> ComplexArray:
     """Solve sum_m (w_{m+l} conj(v_m) + v_{m+l} conj(w_m)) = r_l + r_l(w) for v, v_0 real."""
     n_tx = factor.shape[-1]
     padded = np.concatenate([factor, np.zeros_like(factor)], axis=-1)
-    row, column = np.arange(n_tx)[:, np.newaxis], np.arange(n_tx)
-    hankel = padded[..., row + column]
-    toeplitz = np.conj(padded)[..., (column - row) % (2 * n_tx)]
-    system = np.concatenate(
-        [
-            np.concatenate([(toeplitz + hankel).real, (hankel - toeplitz).imag], axis=-1),
-            np.concatenate([(toeplitz + hankel).imag, (toeplitz - hankel).real], axis=-1),
-        ],
-        axis=-2,
-    )
-    target = wanted + autocorrelation(factor[..., np.newaxis])
-    right = np.concatenate([target.real, target.imag], axis=-1)
-    keep = np.arange(2 * n_tx) != n_tx
-    solved = np.linalg.solve(system[..., keep, :][..., keep], right[..., keep, np.newaxis])[..., 0]
-    imaginary = np.concatenate([np.zeros_like(solved[..., :1]), solved[..., n_tx:]], axis=-1)
-    return solved[..., :n_tx] + 1j * imaginary
+    hankel = padded[..., indices[0]]
+    toeplitz = np.conj(padded)[..., indices[1]]
+    plus, minus = toeplitz + hankel, toeplitz - hankel
+    # Real and imaginary parts are the unknowns; the imaginary part of v_0 and of lag 0 are none.
+    system = np.empty((*factor.shape[:-1], 2 * n_tx - 1, 2 * n_tx - 1))
+    system[..., :n_tx, :n_tx] = plus.real
+    system[..., :n_tx, n_tx:] = -minus.imag[..., 1:]
+    system[..., n_tx:, :n_tx] = plus.imag[..., 1:, :]
+    system[..., n_tx:, n_tx:] = minus.real[..., 1:, 1:]
+    right = np.concatenate([target.real, target.imag[..., 1:]], axis=-1)
+    solved = np.linalg.solve(system, right[..., np.newaxis])[..., 0]
+    step = solved[..., :n_tx].astype(complex)
+    step[..., 1:] += 1j * solved[..., n_tx:]
+    return step
 
 
 def beam_of(columns: ComplexArray) -> ComplexArray:

@@ -18,6 +18,9 @@ from echobeam.values import Array, ComplexArray
 NO_POWER = 1e-12
 """Share of the whole power below which a beam is switched off."""
 
+NEGLIGIBLE = 5e-8
+"""Share of the allowed ripple that may be lost with a covariance's smallest eigenvalues."""
+
 ROUNDING = 1e-15
 """Share of the power held back, so that rounding does not exceed the budget."""
 
@@ -49,7 +52,16 @@ def recover_beams(problem: BeamProblem, model: Model, covariances: list[Array]) 
 
 def _beam(beam: BeamModel, covariance: Array) -> ComplexArray:
     values, vectors = np.linalg.eigh(covariance)
-    columns = beam.basis @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+    values = np.maximum(values, 0.0)
+    power = float(np.sum(values))
+    if power < NO_POWER:
+        return np.zeros(beam.basis.shape[0], dtype=complex)
+    columns = beam.basis @ (vectors * np.sqrt(values))
+    # All data are real: two real columns x, y have the pattern of the one complex x + j y.
+    rest = beam.basis.shape[0] * float(np.sum(values[:-2]))
+    if len(values) >= 2 and rest <= NEGLIGIBLE * beam.ripple * power:
+        pair = columns[:, -1] + 1j * columns[:, -2]
+        return to_beams(pair * math.sqrt(power / float(np.sum(values[-2:]))))
     return beam_of(to_beams(columns.T.astype(complex)).T)
 
 

@@ -7,6 +7,7 @@ floors bind; other starts where the bound leaves room for something better.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bou
 from echobeam.beamforming.fallback import fair_proposal
 from echobeam.beamforming.model import Model, build_model, model_gains
 from echobeam.beamforming.objective import sinr
-from echobeam.beamforming.power import spend
+from echobeam.beamforming.power import BUDGET_DIGITS, spend
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.recovery import recover_beams
@@ -43,13 +44,12 @@ def solve(problem: BeamProblem) -> Proposal:
     found = None if impossible_alone(model, shapes) else _search(model, shapes)
     if found is None:
         return fair_proposal(problem, model, shapes)
-    design, bound = found
     return Proposal(
-        beams=recover_beams(problem, model, design.covariances),
-        upper_bound=bound,
-        status="optimal",
-        message="",
-        iterations=design.solves + sum(shape.solves for shape in shapes),
+        beams=recover_beams(problem, model, found.design.covariances),
+        upper_bound=found.bound,
+        status="optimal" if found.converged else "fallback",
+        message="" if found.converged else "the joint climb failed; best shapes alone",
+        iterations=found.design.solves + sum(shape.solves for shape in shapes),
     )
 
 
@@ -70,36 +70,48 @@ def upper_bound(model: Model, shapes: list[Shape], value: float = 0.0) -> float:
     return min(free, dirty_paper_bound(model.channels, model.loss))
 
 
-def _search(model: Model, shapes: list[Shape]) -> tuple[Design, float] | None:
-    """Return the best design found and a bound, None if the floors (38e) could not be met."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    design: Design
+    bound: float
+    converged: bool
+
+
+def _search(model: Model, shapes: list[Shape]) -> _Found | None:
+    """Return the best design found, None if the floors (38e) could not be met."""
     units = [shape.covariance for shape in shapes]
     cuts = [shape.cuts for shape in shapes]
     powers = spend(model_gains(model, units), model.loss, model.threshold)
-    best, value, bound = None, 0.0, np.inf
+    found = None
     if powers is not None:
-        best = Design(_scaled(units, powers), cuts, 0)
-        value = _value(model, best)
-        bound = upper_bound(model, shapes, value)
-        if bound <= value * (1.0 + PROVED):
-            return best, bound
+        design = Design(_scaled(units, powers), cuts, 0)
+        bound = upper_bound(model, shapes, _value(model, design))
+        found = _Found(design, bound, bound <= _value(model, design) * (1.0 + PROVED))
+        if found.converged:
+            return found
     for covariances in _starts(model, units, powers):
         design = improve(model, Design(covariances, cuts, 0))
         if design is not None and meets_floors(model, design):
-            reached = _value(model, design)
-            if reached > value:
-                best, value = design, reached
-        if best is None:
+            found = _better(model, found, design)
+        if found is None:
             return None
-        bound = upper_bound(model, shapes, value)
-        if bound <= value * (1.0 + DOUBTFUL):
+        bound = upper_bound(model, shapes, _value(model, found.design))
+        found = replace(found, bound=bound)
+        if bound <= _value(model, found.design) * (1.0 + DOUBTFUL):
             break
-    return None if best is None else (best, bound)
+    return found
+
+
+def _better(model: Model, found: _Found | None, design: Design) -> _Found:
+    if found is None or _value(model, design) > _value(model, found.design):
+        return _Found(design, np.inf, converged=True)
+    return replace(found, converged=True)
 
 
 def impossible_alone(model: Model, shapes: list[Shape]) -> bool:
     """Tell whether the floors take more than the power even if beams did not disturb each other."""
     gains = np.array([shape.bound for shape in shapes])
-    return bool(np.sum(model.threshold * model.loss / gains) > 1.0)
+    return bool(np.sum(model.threshold * model.loss / gains) > 1.0 + BUDGET_DIGITS)
 
 
 def meets_floors(model: Model, design: Design) -> bool:
