@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import click
@@ -30,11 +31,7 @@ def command(problem: Path, method: str) -> None:
     from echobeam.store.writing import StoreError
 
     try:
-        text = (
-            click.get_text_stream("stdin").read()
-            if str(problem) == "-"
-            else (problem.read_text(encoding="utf-8"))
-        )
+        text = sys.stdin.read() if str(problem) == "-" else problem.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise StoreError(f"{problem}: cannot be read: {reason}") from None

@@ -17,12 +17,14 @@ from echobeam.store.writing import StoreError, replacing
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What a run computes: two runs are the same if and only if their jobs are.
+    """What is computed: two runs are the same if and only if their jobs are.
 
     Attributes
     ----------
-    scenario
-        Complete TOML text.
+    kind
+        Which command's blocks they are.
+    scenarios
+        Complete TOML texts.
     schemes
         Names, or ``path/to/file.py:name``.
     inputs
@@ -31,7 +33,8 @@ class Job:
         As in the result.
     """
 
-    scenario: str
+    kind: str
+    scenarios: tuple[str, ...]
     schemes: tuple[str, ...]
     inputs: tuple[str, ...]
     seed: int
@@ -117,6 +120,11 @@ class BlockFiles:
                 return file.testzip() is None
         except (OSError, zipfile.BadZipFile):
             return False
+
+    def kept(self, count: int) -> str:
+        """Say how much of an unfinished run is there, and how to go on."""
+        done = count - len(self.missing(count))
+        return f"{done} of {count} blocks are kept in {self.directory}; go on with --resume"
 
     def remove_if_empty(self) -> None:
         """Remove the directory if no block was finished."""

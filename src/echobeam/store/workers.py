@@ -1,0 +1,123 @@
+"""Independent tasks done in this process or in several, with progress, outliving dead workers."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, Protocol
+
+from echobeam.faults import RunError
+
+CRASHES_ALLOWED = 3
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+Progress = Callable[[int, int], None]
+Advance = Callable[[int], None]
+
+
+class Work(Protocol):
+    """Tasks by number, picklable; a task leaves its outcome on disk."""
+
+    def sizes(self) -> Sequence[int]:
+        """Return how much there is to do in each task, in any unit."""
+
+    def missing(self) -> list[int]:
+        """Return the tasks whose outcome is not there yet."""
+
+    def do(self, task: int, advance: Advance) -> None:
+        """Do one task; call ``advance`` with what was done since the last call."""
+
+
+def do_all(work: Work, jobs: int, progress: Progress) -> None:
+    """Do every missing task.
+
+    Parameters
+    ----------
+    jobs
+        Number of processes; 1 works in this one.
+    progress
+        Called with what is done so far and in all.
+
+    Raises
+    ------
+    RunError
+        If worker processes die again and again.
+    """
+    missing = work.missing()
+    meter = _Meter(progress, work.sizes(), missing)
+    if jobs <= 1 or len(missing) <= 1:
+        for task in missing:
+            work.do(task, meter.advance(task))
+        return
+    for _ in range(CRASHES_ALLOWED):
+        if _spread(work, jobs, missing, meter):
+            return
+        missing = work.missing()
+    raise RunError(f"a worker process died {CRASHES_ALLOWED} times (out of memory?)")
+
+
+class _Meter:
+    """Progress over tasks, fed by counters that other processes write without locks."""
+
+    def __init__(self, progress: Progress, sizes: Sequence[int], missing: Sequence[int]) -> None:
+        self.progress = progress
+        self.total = sum(sizes)
+        self.before = self.total - sum(sizes[task] for task in missing)
+        self.counts: Any = multiprocessing.get_context("spawn").Array("q", len(sizes), lock=False)
+
+    def advance(self, task: int) -> Advance:
+        self.counts[task] = 0
+
+        def count(done: int) -> None:
+            self.counts[task] += done
+            self.show()
+
+        return count
+
+    def show(self) -> None:
+        self.progress(min(self.before + sum(self.counts), self.total), self.total)
+
+
+def _spread(work: Work, jobs: int, missing: Sequence[int], meter: _Meter) -> bool:
+    """Do tasks in a pool of processes; return False if a process died."""
+    for name in _THREADS:  # one thread of linear algebra per process
+        os.environ.setdefault(name, "1")
+    with ProcessPoolExecutor(
+        max_workers=min(jobs, len(missing)),
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=_remember,
+        initargs=(work, meter.counts),
+    ) as pool:
+        waiting: set[Future[None]] = {pool.submit(_do_elsewhere, task) for task in missing}
+        try:
+            while waiting:
+                done, waiting = wait(waiting, timeout=0.2, return_when=FIRST_COMPLETED)
+                for future in done:
+                    future.result()
+                meter.show()
+        except BrokenProcessPool:
+            return False
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return True
+
+
+_here: dict[str, Any] = {}
+
+
+def _remember(work: Work, counts: Any) -> None:
+    _here.update(work=work, counts=counts)
+
+
+def _do_elsewhere(task: int) -> None:
+    counts = _here["counts"]
+    counts[task] = 0
+
+    def advance(done: int) -> None:
+        counts[task] += done
+
+    _here["work"].do(task, advance)
