@@ -82,7 +82,9 @@ def test_a_result_without_a_bound_has_none():
 
 
 def test_the_bound_of_one_object_is_passed_on_unchanged():
-    result = build_result(angles=(60.0,), velocities=(30.0,), with_bound=True)
+    result = build_result(
+        ("temporal", "genie"), angles=(60.0,), velocities=(30.0,), with_bound=True
+    )
     trials = series.estimation_errors(result, "angle").trials
     bound = series.pooled_bound(result, "angle", trials)
     expected = result["bound"].sel(state="angle").isel(object=0)
@@ -91,7 +93,9 @@ def test_the_bound_of_one_object_is_passed_on_unchanged():
 
 def test_the_pooled_bound_weighs_objects_as_the_error_does():
     """If every error has exactly the bound's size, pooled error and pooled bound agree."""
-    result = build_result(trials=4, coming_and_going=True, with_bound=True)
+    result = build_result(
+        ("temporal", "water-filling"), trials=4, coming_and_going=True, with_bound=True
+    )
     result["bound"].loc[{"object": 1}] *= 7.0
     sign = np.array([1.0, -1.0, 1.0, -1.0])[:, None, None, None]
     truth = result["truth"].transpose("trial", "slot", "object", "state").values
@@ -99,3 +103,11 @@ def test_the_pooled_bound_weighs_objects_as_the_error_does():
     errors = series.estimation_errors(result, "distance")
     bound = series.pooled_bound(result, "distance", errors.trials)
     np.testing.assert_allclose(bound, errors.rmse, rtol=1e-9)
+
+
+def test_a_held_estimate_has_no_bound():
+    result = build_result(("temporal", "pilot", "pilot-predict"), with_bound=True)
+    trials = series.estimation_errors(result, "angle").trials
+    bound = series.pooled_bound(result, "angle", trials)
+    assert np.isfinite(bound).all(axis=1).tolist() == [True, False, True]
+    assert np.isnan(bound[1]).all()

@@ -54,11 +54,13 @@ def test_ticks_are_plain_numbers_and_there_are_some():
 
 
 def test_the_bound_is_drawn_in_the_schemes_colour():
-    result = build_result(angles=(60.0,), velocities=(30.0,), with_bound=True)
+    result = build_result(
+        ("temporal", "water-filling", "pilot"), angles=(60.0,), velocities=(30.0,), with_bound=True
+    )
     figure = tracking.draw(result)
     assert "posterior Cramér–Rao bound" in legend_of(figure)
     first, second = bounds_of(figure.axes[0])
-    assert [first.get_color(), second.get_color()] == [style.BLUE, style.VERMILION]
+    assert [first.get_color(), second.get_color()] == [style.BLUE, style.GREEN]
     expected = result["bound"].sel(scheme="temporal", state="angle").isel(object=0)
     np.testing.assert_allclose(first.get_ydata(), np.rad2deg(expected), rtol=1e-9)
 

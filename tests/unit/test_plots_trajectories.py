@@ -161,3 +161,10 @@ def test_axes_name_their_units():
     for axes in trajectories.draw(build_result()).axes:
         assert axes.get_xlabel().endswith("(m)")
         assert axes.get_ylabel() == "Height (m)"
+
+
+def test_the_first_slots_are_all_marked_however_long_the_run():
+    axes = trajectories.draw(build_result(slots=200, trials=1)).axes[1]
+    for line in axes.get_lines():
+        if line.get_label() in ("estimated", "predicted"):
+            assert line.get_markevery()[:6] == [0, 1, 2, 3, 4, 10]

@@ -63,6 +63,9 @@ def estimation_errors(result: xr.Dataset, component: str) -> Errors:
 def pooled_bound(result: xr.Dataset, component: str, trials: Array) -> Array | None:
     """Return the bound on `estimation_errors`, ``(scheme, slot)``; None if the result has none.
 
+    The bound is one on filters. A scheme that never predicts but holds an old estimate is a
+    biased estimator, which the bound does not bind: its row is NaN.
+
     Parameters
     ----------
     result
@@ -76,6 +79,8 @@ def pooled_bound(result: xr.Dataset, component: str, trials: Array) -> Array | N
     if "bound" not in result.variables:
         return None
     bound = result["bound"].sel(state=component).transpose("scheme", "slot", "object").values
+    predicts = result["predicted"].sel(state=component).notnull().any(("trial", "slot", "object"))
+    bound = np.where(predicts.values[:, None, None], bound, np.nan)
     weight = np.where(np.isfinite(bound), trials, 0.0)
     square = np.where(np.isfinite(bound), bound, 0.0) ** 2
     return _root_ratio((weight * square).sum(axis=-1), weight.sum(axis=-1))

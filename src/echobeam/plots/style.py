@@ -34,6 +34,11 @@ FAINT = "0.45"
 MAX_MARKERS = 20
 """A line has no more markers than this, however many slots a run has."""
 
+_FIRST_MARKERS = 5
+
+# Lines of more points than this are drawn finer: they go up and down with every frame.
+_LONG_RUN, _FINE = 60, 0.9
+
 _RC: dict[str, Any] = {
     "font.size": 8.0,
     "axes.titlesize": 8.0,
@@ -159,6 +164,11 @@ def marker_step(points: int) -> int:
     return max(1, math.ceil(points / MAX_MARKERS))
 
 
+def marked_points(points: int) -> list[int]:
+    """Return which points have markers if the beginning is what matters: all of the first few."""
+    return sorted({*range(min(points, _FIRST_MARKERS)), *range(0, points, marker_step(points))})
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of this size in inches, outside pyplot's global state."""
     return Figure(figsize=(width, height), layout="constrained")
@@ -171,6 +181,7 @@ def draw_line(axes: Axes, x: Any, y: Any, look: Look, label: str, *, zorder: flo
         y,
         color=look.colour,
         linestyle=look.line,
+        linewidth=_FINE if len(x) > _LONG_RUN else None,
         marker=look.marker,
         markevery=marker_step(len(x)),
         markerfacecolor="white",

@@ -50,7 +50,7 @@ def draw(result: xr.Dataset) -> Figure:
     PlotError
         If the result holds no estimates.
     """
-    check_variables(result, "truth", "present", "estimated", "phase")
+    check_variables(result, "truth", "present", "predicted", "estimated", "phase")
     setting = read_setting(result)
     figure = style.new_figure(style.COLUMN, 4.1)
     figure.suptitle(setting.title(width=52))
@@ -86,8 +86,9 @@ def _draw_panel(
         style.add_note(axes, "no estimates, or none with an error")
         return handles
     bound = pooled_bound(result, component, errors.trials)
-    if bound is not None and np.isfinite(bound[drawn]).any():
-        for i in drawn:
+    bounded = [] if bound is None else [i for i in drawn if np.isfinite(bound[i]).any()]
+    if bound is not None and bounded:
+        for i in bounded:
             values = _positive(factor * bound[i])
             axes.plot(result["slot"].values, values, color=looks[names[i]].colour, **_BOUND)
         label = "posterior Cramér–Rao bound"

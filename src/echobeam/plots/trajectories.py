@@ -28,6 +28,7 @@ _ELLIPSES = 3
 # Half-axes of the ellipse that holds 95 % of a Gaussian in the plane: sqrt(-2 ln 0.05) sigmas.
 _ELLIPSE_SIGMAS = float(np.sqrt(-2.0 * np.log(0.05)))
 _FLATTEST = 4.0
+_CROWDED = 0.08
 
 # m: who moves less has no direction.
 _STILL = 1e-6
@@ -110,24 +111,34 @@ def _draw_scene(axes: Axes, scene: Scene) -> None:
     axes.set(xlabel="Position along the road (m)", ylabel="Height (m)")
     _draw_path(axes, scene.uav, "black")
     _name(axes, scene.uav[-1], "UAV", (20, 0), "black")
-    crowded = sum(map(len, scene.stretches)) > 4
     for k, stretches in enumerate(scene.stretches):
-        colour = style.object_look(k).colour
         for stay in stretches:
-            path, last = scene.true[stay, k], stay.stop - 1
-            sight = np.stack([scene.uav[last], path[-1]])
+            sight = np.stack([scene.uav[stay.stop - 1], scene.true[stay.stop - 1, k]])
             axes.plot(*sight.T, color="0.7", linewidth=0.6, linestyle=":", zorder=1)
-            _draw_path(axes, path, colour)
-            _name(axes, path[-1], str(k + 1), (0, -10 - 9 * (k % 2) * crowded), colour)
+            _draw_path(axes, scene.true[stay, k], style.object_look(k).colour)
     if not any(scene.stretches):
         style.add_note(axes, "no objects in the scene")
     _widen(axes, 30.0)
-    low, high = axes.get_ylim()
-    room = 0.18 if crowded else 0.08  # for the objects' numbers
-    axes.set_ylim(low - room * (high - low), high)
+    _number_objects(axes, scene)
     width, height = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
     if max(width, height) < _FLATTEST * min(width, height):
         axes.set_aspect("equal")
+
+
+def _number_objects(axes: Axes, scene: Scene) -> None:
+    """Write the objects' numbers below the road, in two rows if one would be crowded."""
+    ends = sorted(
+        (float(scene.true[stay.stop - 1, k, 0]), k)
+        for k, stretches in enumerate(scene.stretches)
+        for stay in stretches
+    )
+    gaps = np.diff([x for x, _ in ends])
+    rows = 2 if (gaps < _CROWDED * np.ptp(axes.get_xlim())).any() else 1
+    for i, (x, k) in enumerate(ends):
+        below = (0, -10 - 9 * (i % rows))
+        _name(axes, np.array([x, 0.0]), str(k + 1), below, style.object_look(k).colour)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - 0.09 * rows * (high - low), high)
 
 
 def _draw_path(axes: Axes, path: Array, colour: str) -> None:
@@ -176,9 +187,9 @@ def _draw_close_up(axes: Axes, scene: Scene, k: int, stay: slice) -> None:
     )
     axes.plot(*path.T, color=colour, linewidth=2.2, zorder=2)
     _draw_arrow(axes, path, colour)
-    step = style.marker_step(len(path))
-    axes.plot(*predicted.T, markevery=step, **_PREDICTED)
-    axes.plot(*estimated.T, markevery=step, **_ESTIMATED)
+    marked = style.marked_points(len(path))
+    axes.plot(*predicted.T, markevery=marked, **_PREDICTED)
+    axes.plot(*estimated.T, markevery=marked, **_ESTIMATED)
     if not np.isfinite(estimated).any():
         style.add_note(axes, "no estimates", height=0.8)
     _draw_ellipses(axes, estimated, scene.spread[stay, k], colour)
