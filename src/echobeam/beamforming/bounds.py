@@ -33,8 +33,10 @@ def gain_bound(centre: Array, cover: Array, ripple: float, above: Array, below: 
         B_k.
     above, below
         ``(J,)``: multipliers of c_0 W c_0 - c_j W c_j <= B tr W, and of the opposite sign.
-        Negative ones count as zero.
+        Negative ones count as zero; if one is not finite, nothing is proved but N.
     """
+    if not (np.isfinite(above).all() and np.isfinite(below).all()):
+        return float(centre.size)
     above, below = np.maximum(above, 0.0), np.maximum(below, 0.0)
     difference = above - below
     vectors = np.concatenate([centre[np.newaxis], cover])

@@ -16,6 +16,7 @@ import numpy as np
 from echobeam.values import Array, IntArray
 
 TOLERANCE = 1e-9
+MOST_ITERATIONS = 60
 
 IMPOSSIBLE = (
     "PrimalInfeasible",
@@ -125,6 +126,7 @@ def solve(programme: Programme, tolerance: float = TOLERANCE) -> ConicAnswer:
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1
+    settings.max_iter = MOST_ITERATIONS
     settings.equilibrate_enable = False
     settings.presolve_enable = False
     settings.chordal_decomposition_enable = False

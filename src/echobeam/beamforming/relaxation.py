@@ -90,9 +90,9 @@ def _search(model: Model, shapes: list[Shape]) -> _Found | None:
         if found.converged:
             return found
     for covariances in _starts(model, units, powers):
-        design = improve(model, Design(covariances, cuts, 0))
-        if design is not None and meets_floors(model, design):
-            found = _better(model, found, design)
+        climbed = improve(model, Design(covariances, cuts, 0))
+        if climbed is not None and meets_floors(model, climbed):
+            found = _better(model, found, climbed)
         if found is None:
             return None
         bound = upper_bound(model, shapes, _value(model, found.design))

@@ -153,11 +153,7 @@ def beam_subspace(channels: Array, low: Array, high: Array) -> Subspace:
     """
     n_tx = channels.shape[-1]
     low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
-    lobes = float(np.max(high - low, initial=0.0)) * n_tx / (2.0 * np.pi)
-    count = int(np.ceil(SAMPLES_PER_LOBE * lobes)) + EXTRA_SAMPLES
-    nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))
-    phases = low[..., np.newaxis] + (high - low)[..., np.newaxis] * nodes
-    vectors = np.concatenate([channels, real_steering(phases, n_tx)], axis=-2)
+    vectors = np.concatenate([channels, _samples(low, high, n_tx)], axis=-2)
     _, singular, rows = np.linalg.svd(vectors, full_matrices=vectors.shape[-2] < n_tx)
     span = np.sum(singular > SPAN_TOLERANCE * singular[..., :1], axis=-1)
     dimension = np.minimum(span + 1, n_tx)
@@ -165,3 +161,17 @@ def beam_subspace(channels: Array, low: Array, high: Array) -> Subspace:
     used = np.arange(size) < dimension[..., np.newaxis]
     basis = np.swapaxes(rows[..., :size, :], -1, -2) * used[..., np.newaxis, :]
     return Subspace(basis=basis, dimension=dimension)
+
+
+def _samples(low: Array, high: Array, n_tx: int) -> Array:
+    """Return steering vectors that span those of an interval of phases; zero rows fill up a batch.
+
+    Chebyshev nodes, so many as the interval has lobes for: a member's own, whatever the others'.
+    """
+    lobes = (high - low) * n_tx / (2.0 * np.pi)
+    count = np.ceil(SAMPLES_PER_LOBE * lobes) + EXTRA_SAMPLES
+    order = np.arange(int(np.max(count, initial=EXTRA_SAMPLES)))
+    last = count[..., np.newaxis] - 1.0
+    nodes = 0.5 - 0.5 * np.cos(np.pi * np.minimum(order / last, 1.0))
+    phases = low[..., np.newaxis] + (high - low)[..., np.newaxis] * nodes
+    return real_steering(phases, n_tx) * (order <= last)[..., np.newaxis]

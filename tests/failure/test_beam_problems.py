@@ -1,0 +1,173 @@
+"""Beam problems that cannot be solved as asked: each has a named, feasible, fair answer."""
+
+from __future__ import annotations
+
+import builtins
+from typing import Any
+
+import numpy as np
+import pytest
+
+from echobeam.beamforming import conic
+from echobeam.beamforming.design import design_batch, design_beams
+from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
+
+DEG = np.pi / 180.0
+
+
+def _problem(**changes: object) -> BeamProblem:
+    values: dict[str, object] = {
+        "angles": np.array([75.0, 135.0]) * DEG,
+        "distances": np.array([103.0, 141.0]),
+        "coverage_halfwidths": np.array([3.0, 2.0]) * DEG,
+        "ripple": 2.0,
+        "min_rate": 0.0,
+        "power": 1e4,
+        "noise": 1.0,
+        "n_tx": 16,
+    }
+    return BeamProblem(**{**values, **changes})  # type: ignore[arg-type]
+
+
+def test_a_floor_that_one_object_can_never_have_is_named_with_its_limit() -> None:
+    answer = design_beams(_problem(min_rate=[1.0, 30.0]))
+    alone = design_beams(
+        BeamProblem([135 * DEG], [141.0], [2 * DEG], 2.0, 0.0, 1e4, 1.0, 16)
+    ).objective
+    assert answer.status == "fallback"
+    assert f"object 1: floor 30 bit/s/Hz, at most {alone:.3g} reachable" in answer.message
+    assert "object 0" not in answer.message
+    assert answer.rates[0] / 1.0 == pytest.approx(answer.rates[1] / 30.0, rel=1e-5)
+    assert answer.max_violation.power == 0.0
+    assert answer.max_violation.coverage <= 1e-6
+    assert answer.max_violation.rate == pytest.approx(1 - answer.rates[0], rel=1e-6)
+
+
+def test_floors_that_exceed_the_power_together_are_all_scaled_and_named() -> None:
+    answer = design_beams(_problem(min_rate=2.8))
+    assert answer.status == "fallback"
+    assert "cannot be met together" in answer.message
+    assert "object 0: floor 2.8" in answer.message
+    assert "object 1: floor 2.8" in answer.message
+    assert answer.rates[0] == pytest.approx(answer.rates[1], rel=1e-5)
+    assert np.sum(np.abs(answer.beams) ** 2) == pytest.approx(1e4, rel=1e-9)
+    # Fair and not wasteful: slightly lower floors are met by an ordinary design.
+    met = design_beams(_problem(min_rate=float(answer.rates[0]) * (1 - 1e-4)))
+    assert met.status == "optimal"
+    assert design_beams(_problem(min_rate=float(answer.rates[0]) * 1.001)).status == "fallback"
+
+
+def test_objects_of_one_sine_are_named_and_share_fairly() -> None:
+    answer = design_beams(
+        _problem(angles=np.array([75.0, 105.0]) * DEG, distances=[100.0, 100.0], min_rate=2.0)
+    )
+    assert answer.status == "fallback"
+    assert "objects 0 and 1 lie in one direction" in answer.message
+    assert answer.rates[0] == pytest.approx(answer.rates[1], rel=1e-5)
+    assert answer.rates[0] < 1.0
+
+
+def test_objects_of_one_sine_without_floors_leave_all_to_one() -> None:
+    both = design_beams(_problem(angles=np.array([75.0, 105.0]) * DEG, distances=[90.0, 100.0]))
+    one = design_beams(BeamProblem([75 * DEG], [90.0], [3 * DEG], 2.0, 0.0, 1e4, 1.0, 16))
+    assert both.status == "optimal"
+    assert both.objective == pytest.approx(one.objective, rel=1e-6)
+
+
+def test_a_fallbacks_bound_still_holds_for_designs_without_floors() -> None:
+    answer = design_beams(_problem(min_rate=2.8))
+    assert answer.upper_bound >= design_beams(_problem()).objective
+
+
+def test_a_solver_that_fails_costs_optimality_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    failed = conic.ConicAnswer([], [], usable=False, infeasible=False, objective=np.nan)
+    monkeypatch.setattr(conic, "solve", lambda *_: failed)
+    answer = design_beams(_problem(), method="sdp")
+    assert answer.status == "fallback"
+    assert answer.message
+    assert answer.max_violation.largest <= 1e-6
+    assert answer.objective > 0
+    assert answer.upper_bound >= answer.objective
+
+
+def test_a_solver_that_lies_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    solve = conic.solve
+
+    def lying(programme: conic.Programme, *rest: Any) -> conic.ConicAnswer:
+        answer = solve(programme, *rest)
+        noise = [5.0 * np.outer(m[0], m[0]) + 3.0 * np.eye(len(m)) for m in answer.matrices]
+        wrong = [m + n for m, n in zip(answer.matrices, noise, strict=True)]
+        multipliers = [0.1 * y + 1.0 for y in answer.own_multipliers]
+        return conic.ConicAnswer(wrong, multipliers, True, False, answer.objective)
+
+    honest = design_beams(_problem(), method="sdp")
+    monkeypatch.setattr(conic, "solve", lying)
+    answer = design_beams(_problem(), method="sdp")
+    assert answer.max_violation.largest <= 1e-6 or answer.status == "fallback"
+    assert answer.upper_bound >= honest.objective
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"ripple": 0.0},
+        {"ripple": 1e-5},
+        {"ripple": 16.0},
+        {"coverage_halfwidths": np.array([90.0, 45.0]) * DEG, "n_tx": 8},
+        {"angles": np.array([90.0, 90.0]) * DEG},
+        {"angles": np.array([0.0, 180.0]) * DEG},
+        {"angles": np.array([75.0, 75.001]) * DEG, "power": 1e6},
+        {"n_tx": 1},
+        {"n_tx": 2, "coverage_halfwidths": np.array([20.0, 20.0]) * DEG},
+        {"distances": [1e-3, 1e5]},
+        {"power": 1e-12},
+        {"noise": 1e-9},
+        {"spacing": 3.0},
+        {"axis": "horizontal"},
+        {"resolution": 2.0 * DEG},
+        {"warm_start": np.ones((2, 16))},
+    ],
+)
+def test_corners_of_the_domain_have_a_feasible_answer(changes: dict[str, object]) -> None:
+    answer = design_beams(_problem(**changes))
+    assert np.all(np.isfinite(answer.beams))
+    assert answer.max_violation.largest <= 1e-6
+    assert answer.status == "optimal" or answer.message
+    assert 0 < answer.objective <= answer.upper_bound
+
+
+def test_grids_beyond_memory_are_refused_in_words() -> None:
+    with pytest.raises(ProblemError, match="coarser resolution"):
+        design_beams(_problem(resolution=1e-12))
+    with pytest.raises(ProblemError, match="n_tx = 1000000000"):
+        design_beams(_problem(n_tx=10**9))
+
+
+def test_a_batch_survives_a_grid_beyond_memory() -> None:
+    batch = ProblemBatch(
+        angles=np.array([[1.3], [1.4]]),
+        distances=np.array([[100.0], [100.0]]),
+        coverage_halfwidths=np.array([[1.5], [0.0001]]),
+        active=np.ones((2, 1), dtype=bool),
+        ripple=np.ones(1),
+        min_rate=np.zeros(1),
+        power=1.0,
+        noise=1.0,
+        n_tx=8,
+        resolution=1e-8,
+    )
+    answers = design_batch(batch)
+    assert answers.fallback.tolist() == [True, False]
+
+
+def test_reference_without_cvxpy_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    imported = builtins.__import__
+
+    def without(name: str, *rest: Any) -> Any:
+        if name == "cvxpy":
+            raise ImportError(name)
+        return imported(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(ImportError, match=r"pip install 'echobeam\[reference\]'"):
+        design_beams(_problem(), method="reference")

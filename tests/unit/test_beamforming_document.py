@@ -1,0 +1,172 @@
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from echobeam.beamforming.answer import BeamAnswer
+from echobeam.beamforming.certificate import Violation
+from echobeam.beamforming.design import design_beams
+from echobeam.beamforming.document import answer_document, read_problem
+from echobeam.beamforming.problem import ProblemError
+
+GOOD: dict[str, Any] = {
+    "angles_deg": [75, 135],
+    "distances": [103.5, 141.4],
+    "coverage_halfwidths_deg": [3, 1.5],
+    "ripple": 3,
+    "min_rate": [4e-4, 1e-4],
+    "power": 1,
+    "noise": 2.0,
+    "n_tx": 8,
+}
+
+
+def _faults(**changes: Any) -> list[str]:
+    document = {key: value for key, value in {**GOOD, **changes}.items() if value != "LEFT OUT"}
+    with pytest.raises(ProblemError) as caught:
+        read_problem(json.dumps(document), "mine.json")
+    lines = str(caught.value).splitlines()
+    assert all(line.startswith("mine.json: ") for line in lines)
+    return [line.removeprefix("mine.json: ") for line in lines]
+
+
+def test_a_document_becomes_the_problem_in_radians() -> None:
+    extras = {
+        "alpha0": 2.0,
+        "spacing": 0.4,
+        "axis": "horizontal",
+        "resolution_deg": 0.2,
+        "warm_start_re": [[1.0] * 8, [2] * 8],
+        "warm_start_im": [[0.0] * 8, [-1] * 8],
+    }
+    problem = read_problem(json.dumps({**GOOD, **extras}))
+    np.testing.assert_allclose(problem.angles, np.radians([75, 135]), rtol=1e-15)
+    np.testing.assert_allclose(problem.coverage_halfwidths, np.radians([3, 1.5]), rtol=1e-15)
+    assert problem.ripple.tolist() == [3, 3]
+    assert problem.min_rate.tolist() == [4e-4, 1e-4]
+    assert (problem.power, problem.noise, problem.n_tx, problem.alpha0) == (1.0, 2.0, 8, 2.0)
+    assert (problem.spacing, problem.axis) == (0.4, "horizontal")
+    assert problem.resolution == pytest.approx(np.radians(0.2), rel=1e-15)
+    assert problem.warm_start is not None
+    assert problem.warm_start[1, 3] == 2 - 1j
+
+
+def test_what_is_left_out_or_null_has_its_default() -> None:
+    plain = read_problem(json.dumps(GOOD))
+    null = read_problem(json.dumps({**GOOD, "alpha0": None, "warm_start_re": None}))
+    for problem in (plain, null):
+        assert (problem.alpha0, problem.spacing, problem.axis) == (1.0, 0.5, "vertical")
+        assert problem.warm_start is None
+        assert problem.resolution == pytest.approx(np.radians(0.1), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("power", -1, ["-1", "positive"]),
+        ("power", 0, ["0", "positive"]),
+        ("power", True, ["true", "positive"]),
+        ("power", float("nan"), ["NaN", "positive"]),
+        ("power", "1 W", ["1 W", "positive"]),
+        ("n_tx", 2.5, ["2.5", "whole"]),
+        ("n_tx", 0, ["0", "whole"]),
+        ("angles_deg", "75", ["75", "list"]),
+        ("angles_deg", [75, None], ["null", "list"]),
+        ("distances", [100, 0], ["[100, 0]", "positive"]),
+        ("distances", [100], ["[100]", "1 values", "expected 2"]),
+        ("coverage_halfwidths_deg", [3, 91], ["91", "90"]),
+        ("coverage_halfwidths_deg", 3, ["3", "list"]),
+        ("ripple", -0.1, ["-0.1", "at least 0"]),
+        ("min_rate", [1, 2, 3], ["3 values", "expected 2"]),
+        ("axis", "up", ["up", "vertical", "horizontal"]),
+        ("resolution_deg", 0, ["0", "positive"]),
+        ("noise", "LEFT OUT", ["missing", "positive"]),
+        ("nois", 1, ["no such key", "noise"]),
+    ],
+)
+def test_each_fault_names_file_key_value_and_what_is_accepted(
+    key: str, value: Any, said: list[str]
+) -> None:
+    faults = _faults(**{key: value})
+    assert len(faults) == 1
+    assert faults[0].startswith(f"{key}: ")
+    assert all(word in faults[0] for word in said)
+
+
+def test_all_faults_are_told_at_once() -> None:
+    faults = _faults(power=-1, noise="LEFT OUT", colour="red", distances=[1], n_tx=0.5)
+    assert {fault.split(":")[0] for fault in faults} == {
+        "power",
+        "noise",
+        "colour",
+        "distances",
+        "n_tx",
+    }
+
+
+def test_half_a_warm_start_and_one_of_a_wrong_size_are_refused() -> None:
+    assert "warm_start_im" in _faults(warm_start_re=[[1.0] * 8] * 2)[0]
+    short = _faults(warm_start_re=[[1.0] * 8] * 2, warm_start_im=[[1.0] * 7] * 2)
+    assert "2 lists of 8 numbers" in short[0]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "null", '"x"', "[" * 100_000, "{'a': 1}"])
+def test_text_that_is_no_json_object_is_refused_by_name(text: str) -> None:
+    with pytest.raises(ProblemError, match=r"mine\.json: "):
+        read_problem(text, "mine.json")
+
+
+def test_a_key_given_twice_is_refused() -> None:
+    with pytest.raises(ProblemError, match="n_tx: given twice"):
+        read_problem('{"n_tx": 3, "n_tx": 4}', "mine.json")
+
+
+def test_the_answer_is_strict_json_with_the_promised_keys() -> None:
+    document = answer_document(design_beams(read_problem(json.dumps({**GOOD, "min_rate": 0}))))
+    text = json.dumps(document, allow_nan=False)
+    assert json.loads(text) == document
+    assert list(document) == [
+        "beams_re", "beams_im", "rates", "objective", "upper_bound", "gap", "status", "message",
+        "max_violation", "seconds", "iterations",
+    ]  # fmt: skip
+    assert list(document["max_violation"]) == ["power", "rate", "coverage"]
+    assert np.array(document["beams_re"]).shape == np.array(document["beams_im"]).shape == (2, 8)
+    assert document["status"] == "optimal"
+    assert document["upper_bound"] >= document["objective"]
+
+
+def test_what_json_has_no_number_for_is_null() -> None:
+    answer = BeamAnswer(
+        beams=np.full((1, 2), np.nan + 0j),
+        objective=0.0,
+        upper_bound=np.inf,
+        status="infeasible",
+        message="nothing",
+        rates=np.array([np.nan]),
+        max_violation=Violation(np.inf, 0.0, np.inf),
+        seconds=0.1,
+        iterations=3,
+    )
+    document = answer_document(answer)
+    json.dumps(document, allow_nan=False)
+    assert document["upper_bound"] is None
+    assert document["gap"] is None
+    assert document["rates"] == [None]
+    assert document["beams_re"] == [[None, None]]
+    assert document["max_violation"] == {"power": None, "rate": 0.0, "coverage": None}
+
+
+def test_no_objects_are_a_problem_with_an_answer() -> None:
+    empty = {
+        **GOOD,
+        "angles_deg": [],
+        "distances": [],
+        "coverage_halfwidths_deg": [],
+        "min_rate": 0,
+    }
+    document = answer_document(design_beams(read_problem(json.dumps(empty))))
+    assert document["beams_re"] == document["rates"] == []
+    assert document["objective"] == 0.0
