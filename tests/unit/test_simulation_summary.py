@@ -6,6 +6,8 @@ import echobeam as eb
 from echobeam.simulation.bound import with_bound
 from echobeam.simulation.summary import improvement, mean_interval, ratio_of_means, summarise
 
+SCENARIO = eb.load_scenario("paper-multi")
+
 
 @pytest.fixture(scope="module")
 def result():
@@ -13,7 +15,7 @@ def result():
 
 
 def test_means_and_intervals_are_students(result):
-    figures = summarise(result, 4e-4, 10)["water-filling"]
+    figures = summarise(result, SCENARIO)["water-filling"]
     total = result["rate"].sel(scheme="water-filling").sum("object").values
     np.testing.assert_allclose(figures.rate_mean, total.mean(axis=0))
     for slot in (1, 5):
@@ -23,17 +25,18 @@ def test_means_and_intervals_are_students(result):
 
 
 def test_chunks_do_not_change_a_summary(result, monkeypatch):
-    whole = summarise(result, 4e-4, 10)
+    whole = summarise(result, SCENARIO)
     monkeypatch.setattr("echobeam.simulation.summary.CHUNK", 7)
-    parts = summarise(result, 4e-4, 10)
+    parts = summarise(result, SCENARIO)
     for name, figures in whole.items():
         np.testing.assert_allclose(parts[name].angle_rmse, figures.angle_rmse, rtol=1e-12)
-        assert parts[name].outage == figures.outage
+        np.testing.assert_equal(parts[name].outage, figures.outage)
+        np.testing.assert_allclose(parts[name].nis, figures.nis, rtol=1e-12)
 
 
 def test_outage_counts_objects_below_their_floor(result):
     rate = result["rate"].sel(scheme="water-filling").isel(slot=slice(1, None)).values
-    assert summarise(result, 4e-4, 10)["water-filling"].outage == pytest.approx(
+    assert summarise(result, SCENARIO)["water-filling"].outage == pytest.approx(
         (rate < 4e-4).mean()
     )
 
@@ -77,3 +80,34 @@ def test_no_filter_beats_the_posterior_bound():
     assert (rmse > limit * (1 - 5 / np.sqrt(400))).all()
     assert (rmse < limit * 1.5).all()
     assert np.isnan(bound.sel(scheme="pilot-needle").values).all()
+
+
+def test_an_honest_filter_is_found_honest():
+    """On a matched model NEES and NIS meet their laws.
+
+    One slot's NEES is the mean of 600 independent chi-squares of 3 (5 sigma: 0.5), its NIS of
+    1800 of 1 (5 sigma: 0.17).
+    """
+    honest = eb.load_scenario("paper-single", {"radio.power": 1000.0, "truth.process_noise": True})
+    result = eb.simulate(honest, ["omni"], trials=600, seed=8)
+    figures = summarise(result, honest)["omni"]
+    assert (np.abs(figures.nees[1:] - 3) < 5 * np.sqrt(6 / 600)).all()
+    assert (np.abs(figures.nis[1:] - 1) < 5 * np.sqrt(2 / 1800)).all()
+
+
+def test_the_coverage_counts_true_angles_inside_the_covered_interval(result):
+    """Counted once more, trial by trial and slot by slot."""
+    found = result.sel(scheme="water-filling")
+    inside = asked = 0
+    for trial in range(60):
+        for k in range(2):
+            for slot in range(1, 10):
+                spread = np.sqrt(found["measured_var"].values[trial, :slot, k, 0])
+                seen = spread[np.isfinite(spread)]
+                prior = found["predicted"].values[trial, slot, k, 0]
+                if seen.size == 0 or not np.isfinite(prior):
+                    continue
+                half = min(3 * seen[-1], np.pi / 4)
+                asked += 1
+                inside += abs(prior - result["truth"].values[trial, slot, k, 0]) <= half
+    assert summarise(result, SCENARIO)["water-filling"].coverage == pytest.approx(inside / asked)

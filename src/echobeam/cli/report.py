@@ -21,7 +21,7 @@ MOST_ROWS = 60
 
 def json_report(result: xr.Dataset, scenario: Scenario, path: Path) -> str:
     """Return the summary as strict JSON: what is not a number is null."""
-    figures = summarise(result, scenario.coverage.min_rate, scenario.frame.slots_per_frame)
+    figures = summarise(result, scenario)
     headline = improvement(result)
     document = {
         "scenario": scenario.name,
@@ -54,7 +54,7 @@ def _plain(value: object) -> object:
 
 def text_report(result: xr.Dataset, scenario: Scenario, path: Path) -> str:
     """Return the table of mean sum rates with 95 % intervals, and what stands out."""
-    figures = summarise(result, scenario.coverage.min_rate, scenario.frame.slots_per_frame)
+    figures = summarise(result, scenario)
     exponent = _exponent(figures)
     unit = "bit/s/Hz" if exponent == 0 else f"10^{exponent} bit/s/Hz"
     trials = result.sizes["trial"]

@@ -5,20 +5,21 @@ Results are read in chunks of trials, so that a summary takes little memory howe
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.estimation.gaussian import wrap
+from echobeam.scenario.model import Scenario
+from echobeam.simulation.digest import NEEDED, Digest, digest, join
 from echobeam.values import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-CHUNK = 512
+CHUNK = 256
 CONFIDENCE = 0.95
 REFERENCE_SLOT = 6
 """The slot in which the paper states its improvement over the pilot scheme."""
@@ -39,6 +40,11 @@ class SchemeSummary:
         5 % quantile over trials and frames of a frame's mean sum rate.
     angle_rmse, distance_rmse
         ``(n,)`` rad, m: error of the posterior over trials and objects; NaN where there is none.
+    nees, nis
+        ``(n,)``: normalised squared error of the posterior (3 for an honest filter) and squared
+        innovation per measured component (1 for an honest filter); NaN where there is none.
+    coverage
+        Share of true angles inside the interval that the beams were asked to cover.
     outage
         Share of objects in the scene and directional slots whose rate is below ``min_rate``.
     lost
@@ -54,6 +60,9 @@ class SchemeSummary:
     frame_rate_q05: float
     angle_rmse: Array
     distance_rmse: Array
+    nees: Array
+    nis: Array
+    coverage: float
     outage: float
     lost: float
     fallbacks: int
@@ -78,13 +87,22 @@ class Improvement:
         return text if np.isnan(low) else f"{text} (95 % interval {low:+.0f} to {high:+.0f} %)"
 
 
-def summarise(
-    result: xr.Dataset, min_rate: float, slots_per_frame: int
+def summarise(result: xr.Dataset, scenario: Scenario) -> dict[str, SchemeSummary]:
+    """Return the figures of every scheme of a result, read in chunks of trials."""
+    parts = [
+        digest({name: part[name].values for name in NEEDED}, scenario) for part in _chunks(result)
+    ]
+    names = [str(name) for name in result["scheme"].values]
+    return summarise_digest(join(parts), names, scenario)
+
+
+def summarise_digest(
+    whole: Digest, names: Sequence[str], scenario: Scenario
 ) -> dict[str, SchemeSummary]:
-    """Return the figures of every scheme of a result."""
+    """Return the figures of every scheme from a run's digest."""
     return {
-        str(name): _summarise_scheme(result, index, min_rate, slots_per_frame)
-        for index, name in enumerate(result["scheme"].values)
+        name: _summarise_scheme({key: value[index] for key, value in whole.items()}, scenario)
+        for index, name in enumerate(names)
     }
 
 
@@ -128,53 +146,39 @@ def _half_width(deviation: npt.ArrayLike, n: int) -> Array:
     return half
 
 
-def _summarise_scheme(
-    result: xr.Dataset, scheme: int, min_rate: float, slots_per_frame: int
-) -> SchemeSummary:
-    n_slots = result.sizes["slot"]
-    directional = result["phase"].values[scheme] == "directional"
-    squares = np.zeros((2, n_slots))
-    counts = np.zeros((2, n_slots))
-    below = served = lost = last = fallbacks = 0
-    sums: list[Array] = []
-    for part in _chunks(result.isel(scheme=scheme)):
-        rate, present = part["rate"].values, part["present"].values
-        sums.append(np.where(present, rate, 0.0).sum(axis=-1))
-        error = part["estimated"].values[..., :2] - part["truth"].values[..., :2]
-        error[..., 0] = wrap(error[..., 0])
-        finite = np.isfinite(error)
-        squares += np.square(np.where(finite, error, 0.0)).sum(axis=(0, 2)).T
-        counts += finite.sum(axis=(0, 2)).T
-        in_service = present & directional[:, None]
-        below += int((in_service & ~(rate >= min_rate)).sum())
-        served += int(in_service.sum())
-        known = np.isfinite(part["estimated"].values[:, -1, :, 0])
-        lost += int((present[:, -1] & ~known).sum())
-        last += int(present[:, -1].sum())
-        fallbacks += int(part["fallback"].values.sum())
-    sum_rate = np.concatenate(sums)
-    frames = sum_rate.reshape(len(sum_rate), -1, slots_per_frame).mean(axis=-1)
+def _summarise_scheme(part: Digest, scenario: Scenario) -> SchemeSummary:
+    sum_rate = part["sum_rate"]
+    frames = sum_rate.reshape(len(sum_rate), -1, scenario.frame.slots_per_frame).mean(axis=-1)
     rate_mean, rate_interval = mean_interval(sum_rate)
     frame_mean, frame_interval = mean_interval(sum_rate.mean(axis=-1))
-    rmse = np.sqrt(np.divide(squares, counts, out=np.full_like(squares, np.nan), where=counts > 0))
     return SchemeSummary(
         rate_mean=rate_mean,
         rate_interval=rate_interval,
         frame_rate_mean=float(frame_mean),
         frame_rate_interval=(float(frame_interval[0]), float(frame_interval[1])),
         frame_rate_q05=float(np.quantile(frames, 0.05)),
-        angle_rmse=rmse[0],
-        distance_rmse=rmse[1],
-        outage=below / served if served else 0.0,
-        lost=lost / last if last else 0.0,
-        fallbacks=fallbacks,
+        angle_rmse=np.sqrt(_quotient(part["squares_angle"], part["errors"])),
+        distance_rmse=np.sqrt(_quotient(part["squares_distance"], part["errors"])),
+        nees=_quotient(part["nees"], part["nees_count"]),
+        nis=_quotient(part["nis"], part["nis_degrees"]),
+        coverage=float(_quotient(part["inside"].sum(), part["covered"].sum())),
+        outage=float(_quotient(part["below"].sum(), part["served"].sum())),
+        lost=1.0 - float(_quotient(part["known"][-1], part["there"][-1])),
+        fallbacks=int(part["fallback"].sum()),
     )
 
 
+def _quotient(total: npt.ArrayLike, count: npt.ArrayLike) -> Array:
+    """Return total over count, NaN where there is nothing to count."""
+    total, count = np.asarray(total, dtype=float), np.asarray(count, dtype=float)
+    quotient: Array = np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
+    return quotient
+
+
 def _chunks(result: xr.Dataset) -> Iterator[xr.Dataset]:
-    names = ["rate", "present", "estimated", "truth", "fallback"]
+    varying = [name for name in NEEDED if name != "phase"]
     for first in range(0, result.sizes["trial"], CHUNK):
-        yield result[names].isel(trial=slice(first, first + CHUNK)).load()
+        yield result[varying].isel(trial=slice(first, first + CHUNK)).load()
 
 
 def _slot_rate(result: xr.Dataset, scheme: int, slot: int) -> Array:
