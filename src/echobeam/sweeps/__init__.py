@@ -1,0 +1,1 @@
+"""Grids of scenarios: many runs on common random numbers, digested block by block."""
