@@ -16,6 +16,7 @@ COMMANDS = {
     "schemes": "List the schemes that can be run.",
     "run": "Run a scenario and write a result.",
     "plot": "Draw a result.",
+    "sweep": "Run a grid of scenarios.",
     "beam": "Design the beams of one slot from a JSON problem.",
 }
 """Every command and what it does; each lives in the module of its name."""

@@ -1,0 +1,190 @@
+"""Grids of scenarios: which keys vary, over which values, and what came of it as one dataset."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from echobeam.faults import InputError
+from echobeam.scenario.load import load_scenario
+from echobeam.simulation.dataset import attributes
+from echobeam.simulation.summary import SchemeSummary, summarise_digest
+from echobeam.sweeps.points import Point, Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class SweepError(InputError):
+    """A grid that makes no sense; the message says what is accepted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Varied:
+    """One axis of a grid: a scenario's dotted key and the texts of its values."""
+
+    key: str
+    values: tuple[str, ...]
+
+
+def read_varied(text: str) -> Varied:
+    """Read ``KEY=V1,V2,...``.
+
+    Raises
+    ------
+    SweepError
+        If it is not of that form, or a value stands twice.
+    """
+    key, equals, rest = text.partition("=")
+    values = tuple(value.strip() for value in rest.split(","))
+    if not equals or not key.strip() or not all(values):
+        raise SweepError(f"--vary {text}: expected KEY=V1,V2,..., such as radio.power=0.1,1,10")
+    if len(set(values)) < len(values):
+        raise SweepError(f"--vary {text}: a value stands twice; give each one once")
+    return Varied(key.strip(), values)
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """The product of some axes over a scenario."""
+
+    source: str
+    overrides: tuple[str, ...]
+    axes: tuple[Varied, ...]
+
+    def points(
+        self, schemes: tuple[str, ...], trials: int | None, keep: tuple[str, ...]
+    ) -> list[Point]:
+        """Return the grid's points, the last axis fastest.
+
+        Raises
+        ------
+        SweepError, ScenarioError
+            If a key stands twice, or a point is no scenario.
+        """
+        keys = [axis.key for axis in self.axes]
+        if not keys:
+            raise SweepError("nothing varies; give at least one --vary KEY=V1,V2,...")
+        if len(set(keys)) < len(keys):
+            raise SweepError("a key is varied twice; give each one once")
+        points = []
+        for values in itertools.product(*(axis.values for axis in self.axes)):
+            settings = [f"{key}={value}" for key, value in zip(keys, values, strict=True)]
+            scenario = load_scenario(self.source, [*self.overrides, *settings])
+            points.append(
+                Point(
+                    name=", ".join(settings),
+                    scenario=scenario,
+                    schemes=schemes or scenario.schemes,
+                    trials=scenario.trials if trials is None else trials,
+                    keep=keep,
+                )
+            )
+        return points
+
+
+SCALARS = {
+    "frame_rate_mean": ("bit/s/Hz", "mean sum rate over slots"),
+    "frame_rate_q05": ("bit/s/Hz", "5 % quantile of a frame's mean sum rate"),
+    "coverage": ("1", "share of true angles inside the covered interval"),
+    "outage": ("1", "share of objects and directional slots below min_rate"),
+    "lost": ("1", "share of objects without a track in the last slot"),
+    "fallbacks": ("1", "trial-slots with fallback beams"),
+}
+PER_SLOT = {
+    "rate_mean": ("bit/s/Hz", "mean sum rate"),
+    "angle_rmse": ("rad", "RMSE of the posterior angle"),
+    "distance_rmse": ("m", "RMSE of the posterior distance"),
+    "nees": ("1", "normalised squared error of the posterior; 3 if honest"),
+    "nis": ("1", "normalised squared innovation per component; 1 if honest"),
+}
+
+
+def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
+    """Return a finished study's figures over the grid, one labelled dimension per varied key.
+
+    A per-slot variable is NaN beyond the slots of a point that has fewer.
+    """
+    import xarray as xr
+
+    names = _scheme_names(study)
+    figures = [
+        summarise_digest(digest, names, point.scenario)
+        for point, digest in zip(study.points, study.digests(), strict=True)
+    ]
+    shape = tuple(len(axis.values) for axis in grid.axes)
+    dims = tuple(axis.key for axis in grid.axes)
+    n_slots = max(point.scenario.n_slots for point in study.points)
+    data: dict[
+        str,
+        tuple[tuple[str, ...], np.ndarray[tuple[int, ...], np.dtype[np.float64]], dict[str, str]],
+    ] = {}
+    for name, (units, words) in (SCALARS | PER_SLOT).items():
+        per_slot = name in PER_SLOT
+        values = np.array(
+            [
+                [_padded(point[scheme], name, n_slots if per_slot else 0) for scheme in names]
+                for point in figures
+            ]
+        )
+        data[name] = (
+            (*dims, "scheme", *(("slot",) if per_slot else ())),
+            values.reshape(*shape, *values.shape[1:]),
+            {"units": units, "long_name": words},
+        )
+    intervals = np.array(
+        [[point[scheme].frame_rate_interval for scheme in names] for point in figures]
+    )
+    data["frame_rate_interval"] = (
+        (*dims, "scheme", "end"),
+        intervals.reshape(*shape, len(names), 2),
+        {"units": "bit/s/Hz", "long_name": "95 % interval of frame_rate_mean"},
+    )
+    coords: dict[str, object] = {axis.key: _coordinate(axis.values) for axis in grid.axes}
+    coords |= {"scheme": names, "slot": np.arange(1, n_slots + 1), "end": ["low", "high"]}
+    first = study.points[0]
+    attrs = attributes(first.scenario, study.seed) | {"trials": first.trials}
+    return xr.Dataset(data, coords, attrs)
+
+
+def tidy_csv(dataset: xr.Dataset, path: Path) -> None:
+    """Write the per-point figures as one row per point and scheme."""
+    rates = dataset["frame_rate_interval"]
+    flat = dataset[list(SCALARS)].assign(
+        frame_rate_low=rates.sel(end="low", drop=True),
+        frame_rate_high=rates.sel(end="high", drop=True),
+    )
+    flat.to_dataframe().drop(columns=["slot", "end"], errors="ignore").to_csv(path)
+
+
+def _scheme_names(study: Study) -> list[str]:
+    """Return the schemes' names, which every point of a grid shares."""
+    from echobeam.simulation.run import resolve_schemes
+
+    asked = {point.schemes for point in study.points}
+    if len(asked) > 1:
+        raise SweepError("the schemes vary over the grid; give them with --scheme")
+    first = study.points[0]
+    return [scheme.name for scheme in resolve_schemes(first.scenario, first.schemes)]
+
+
+def _padded(figure: SchemeSummary, name: str, n_slots: int) -> object:
+    value = np.asarray(getattr(figure, name), dtype=float)
+    if n_slots == 0:
+        return value
+    padded = np.full(n_slots, np.nan)
+    padded[: value.size] = value
+    return padded
+
+
+def _coordinate(values: Sequence[str]) -> list[float] | list[str]:
+    """Return numbers where all values are plain numbers, else their texts."""
+    try:
+        return [float(value) for value in values]
+    except ValueError:
+        return list(values)
