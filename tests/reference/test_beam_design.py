@@ -164,7 +164,7 @@ def test_fair_rates_lie_on_the_edge_too(power: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_two_objects_are_as_good_as_the_best_of_a_search_over_interference(seed: int) -> None:
     """Global optimum by brute force: CVXPY's least power on a fan of rate pairs."""
     rng = np.random.default_rng(seed)
@@ -196,7 +196,7 @@ def test_two_objects_are_as_good_as_the_best_of_a_search_over_interference(seed:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"min_rate": 1.0}, {"power": 1.0, "min_rate": 2e-4}, {"power": 1e6}],
+    [{}, {"min_rate": 1.0}, {"power": 1.0, "min_rate": 2e-4}, {"power": 1e5}],
 )
 def test_fast_beams_are_as_good_as_the_papers_relaxation_and_better_than_its_beams(
     changes: dict[str, object],

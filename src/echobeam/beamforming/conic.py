@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -34,26 +35,54 @@ def triangle(size: int) -> tuple[IntArray, IntArray, Array]:
     return row, column, np.where(row == column, 1.0, np.sqrt(2.0))
 
 
-def squares(vectors: Array) -> Array:
-    """Return v v^T as triangle vectors: ``(..., r)`` to ``(..., r (r + 1) / 2)``."""
-    row, column, weight = triangle(vectors.shape[-1])
-    product: Array = vectors[..., row] * vectors[..., column] * weight
-    return product
+@dataclass(frozen=True, slots=True)
+class Block:
+    """The form of one matrix, and its vector: the triangle, then the spare diagonal entry.
 
+    Attributes
+    ----------
+    size
+        r, number of rows.
+    spare
+        The last row is zero but for its diagonal. All data are orthogonal to the spare direction
+        (see `subspace`), so nothing is lost, and the semidefinite cone is one row smaller.
+    """
 
-def identity(size: int) -> Array:
-    """Return the identity as a triangle vector; its inner product with a matrix is the trace."""
-    row, column, _ = triangle(size)
-    return np.asarray(row == column, dtype=float)
+    size: int
+    spare: bool = False
 
+    @property
+    def dense(self) -> int:
+        """Rows of the semidefinite part."""
+        return self.size - int(self.spare)
 
-def matrix(vector: Array, size: int) -> Array:
-    """Return the symmetric matrix of a triangle vector."""
-    row, column, weight = triangle(size)
-    full = np.zeros((size, size))
-    full[row, column] = vector / weight
-    full[column, row] = vector / weight
-    return full
+    @property
+    def length(self) -> int:
+        """Length of the vector."""
+        return self.dense * (self.dense + 1) // 2 + int(self.spare)
+
+    def squares(self, vectors: Array) -> Array:
+        """Return the vectors of v v^T, ``(..., r)`` to ``(..., length)``."""
+        row, column, weight = triangle(self.dense)
+        product: Array = vectors[..., row] * vectors[..., column] * weight
+        if not self.spare:
+            return product
+        return np.concatenate([product, vectors[..., -1:] ** 2], axis=-1)
+
+    def identity(self) -> Array:
+        """Return the identity's vector; its inner product with a matrix is the trace."""
+        row, column, _ = triangle(self.dense)
+        return np.concatenate([row == column, np.ones(int(self.spare), dtype=bool)]).astype(float)
+
+    def matrix(self, vector: Array) -> Array:
+        """Return the symmetric matrix ``(r, r)`` of a vector."""
+        row, column, weight = triangle(self.dense)
+        full = np.zeros((self.size, self.size))
+        full[row, column] = vector[: row.size] / weight
+        full[column, row] = vector[: row.size] / weight
+        if self.spare:
+            full[-1, -1] = vector[-1]
+        return full
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,8 +91,8 @@ class Programme:
 
     Attributes
     ----------
-    sizes
-        Size of each X_k.
+    blocks
+        Form of each X_k.
     cost
         Per matrix, ``(m_k,)``.
     equal, equal_free, equal_to
@@ -77,7 +106,7 @@ class Programme:
         ``(F,)``: of the free scalars z.
     """
 
-    sizes: list[int]
+    blocks: list[Block]
     cost: list[Array]
     most: list[Array]
     most_of: Array
@@ -132,17 +161,19 @@ def solve(programme: Programme, tolerance: float = TOLERANCE) -> ConicAnswer:
     settings.chordal_decomposition_enable = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     columns, constants = _constraints(programme)
-    triangles = [block.size for block in programme.cost]
-    quadratic = sparse.diags_array(
-        np.concatenate([np.zeros(sum(triangles)), programme.curvature]), format="csc"
-    )
+    bent = np.arange(programme.curvature.size) + sum(b.length for b in programme.blocks)
+    width = columns.shape[1]
+    quadratic = sparse.csc_matrix((programme.curvature, (bent, bent)), shape=(width, width))
     cones = [
         clarabel.ZeroConeT(programme.equal_to.size),
         clarabel.NonnegativeConeT(programme.most_of.size + sum(len(own) for own in programme.own)),
-        *(clarabel.PSDTriangleConeT(size) for size in programme.sizes),
     ]
+    for block in programme.blocks:
+        cones.append(clarabel.PSDTriangleConeT(block.dense))
+        if block.spare:
+            cones.append(clarabel.NonnegativeConeT(1))
     solver = clarabel.DefaultSolver(
-        sparse.csc_matrix(quadratic),
+        quadratic,
         np.concatenate([*programme.cost, programme.free_cost]),
         columns,
         constants,
@@ -152,7 +183,7 @@ def solve(programme: Programme, tolerance: float = TOLERANCE) -> ConicAnswer:
     return _read(programme, solver.solve())
 
 
-def _constraints(programme: Programme) -> tuple[object, Array]:
+def _constraints(programme: Programme) -> tuple[Any, Array]:
     """Return A and b of A x + s = b: per matrix a dense strip and a diagonal below it."""
     from scipy import sparse
 
@@ -194,10 +225,10 @@ def _read(programme: Programme, solution: object) -> ConicAnswer:
     multipliers = np.array(solution.z)  # type: ignore[attr-defined]
     matrices, own_multipliers = [], []
     place, row = 0, programme.equal_to.size + programme.most_of.size
-    for size, cost, own in zip(programme.sizes, programme.cost, programme.own, strict=True):
-        matrices.append(matrix(point[place : place + cost.size], size))
+    for block, own in zip(programme.blocks, programme.own, strict=True):
+        matrices.append(block.matrix(point[place : place + block.length]))
         own_multipliers.append(multipliers[row : row + len(own)])
-        place, row = place + cost.size, row + len(own)
+        place, row = place + block.length, row + len(own)
     return ConicAnswer(
         matrices=matrices,
         own_multipliers=own_multipliers,

@@ -132,14 +132,14 @@ def _least_power(model: Model, factor: float, around: Design) -> Design | None:
 
     def programme(scales: Array, cuts: list[BoolArray]) -> conic.Programme:
         forms = [
-            scale * conic.squares(beam.channels)
+            scale * beam.block.squares(beam.channels)
             for scale, beam in zip(scales, scaled.beams, strict=True)
         ]
         floors, floors_of = floor_rows(scaled, forms)
         return conic.Programme(
-            sizes=[beam.size for beam in scaled.beams],
+            blocks=[beam.block for beam in scaled.beams],
             cost=[
-                scale / float(np.sum(scales)) * conic.identity(beam.size)
+                scale / float(np.sum(scales)) * beam.block.identity()
                 for scale, beam in zip(scales, scaled.beams, strict=True)
             ],
             most=floors,

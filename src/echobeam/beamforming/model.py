@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from echobeam.beamforming.conic import Block
 from echobeam.beamforming.coverage import coverage_grid, sparse_cover
 from echobeam.beamforming.objective import channel_loss
 from echobeam.beamforming.problem import BeamProblem
@@ -21,6 +22,10 @@ START_PER_LOBE = 8
 
 FLATNESS = 1e-10
 """Excess of the ripple, relative to the power, that counts as none: what rounding leaves open."""
+
+
+SPARE = 1e-4
+"""Coordinates of all steering vectors below this, relative to N, are those of a spare one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +58,12 @@ class BeamModel:
     start: BoolArray
     ripple: float
     phases: Array
+
+    @property
+    def block(self) -> Block:
+        """Form of its covariance: the last coordinate stands alone where no data reach it."""
+        reach = max(np.max(np.abs(v[:, -1])) for v in (self.channels, self.cover))
+        return Block(self.size, spare=self.size > 1 and bool(reach <= SPARE * self.basis.shape[0]))
 
     @property
     def size(self) -> int:

@@ -208,15 +208,15 @@ def _approximation(
     n_objects = scales.size
     unit = np.array([float(beam.own @ beam.own) for beam in model.beams])
     forms = [
-        scale * conic.squares(beam.channels)
+        scale * beam.block.squares(beam.channels)
         for scale, beam in zip(scales, model.beams, strict=True)
     ]
     others = ~np.eye(n_objects, dtype=bool)
     cost = [(slope_foreign * others[k] / value) @ forms[k] for k in range(n_objects)]
     floors, floors_of = floor_rows(model, forms)
-    traces = [scale * conic.identity(b.size) for scale, b in zip(scales, model.beams, strict=True)]
+    traces = [scale * b.block.identity() for scale, b in zip(scales, model.beams, strict=True)]
     return conic.Programme(
-        sizes=[beam.size for beam in model.beams],
+        blocks=[beam.block for beam in model.beams],
         cost=cost,
         equal=[form / unit[:, np.newaxis] for form in forms],
         equal_free=-np.eye(n_objects),

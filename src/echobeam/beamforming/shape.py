@@ -82,16 +82,16 @@ def best_shape(beam: BeamModel) -> Shape:
 
 def cover_rows(beam: BeamModel, cuts: BoolArray) -> Array:
     """Return (38f) at the chosen points as rows ``<= 0`` of a reduced covariance: above, below."""
-    difference = conic.squares(beam.own) - conic.squares(beam.cover[cuts])
-    allowed = beam.ripple * conic.identity(beam.size)
+    difference = beam.block.squares(beam.own) - beam.block.squares(beam.cover[cuts])
+    allowed = beam.ripple * beam.block.identity()
     return np.concatenate([difference - allowed, -difference - allowed])
 
 
 def _programme(beam: BeamModel, cuts: BoolArray) -> conic.Programme:
     return conic.Programme(
-        sizes=[beam.size],
-        cost=[-conic.squares(beam.own)],
-        most=[conic.identity(beam.size)[np.newaxis]],
+        blocks=[beam.block],
+        cost=[-beam.block.squares(beam.own)],
+        most=[beam.block.identity()[np.newaxis]],
         most_of=np.ones(1),
         own=[cover_rows(beam, cuts)],
     )
