@@ -46,6 +46,7 @@ import click
     metavar="N",
     help="Processes on this machine.",
 )
+@click.option("--dask", metavar="ADDRESS", help="Run on an existing Dask scheduler.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
 @click.option("--force", is_flag=True, help="Replace an existing result.")
 @click.option("--quiet", is_flag=True, help="Print no progress and no table.")
@@ -64,6 +65,7 @@ def command(
     overrides: tuple[str, ...],
     trace: str | None,
     jobs: int,
+    dask: str | None,
     resume: bool,
     force: bool,
     quiet: bool,
@@ -81,6 +83,7 @@ def command(
     from echobeam.scenario.load import load_scenario, with_trace
     from echobeam.store.recorded import Recording, record
     from echobeam.store.result import open_result
+    from echobeam.store.workers import Workers
 
     loaded = load_scenario(scenario, overrides)
     if trace is not None:
@@ -91,7 +94,7 @@ def command(
         trials=loaded.trials if trials is None else trials,
         seed=seed,
         out=out or Path(f"{loaded.name}.nc"),
-        jobs=jobs,
+        workers=Workers(jobs, dask),
         resume=resume,
         force=force,
     )

@@ -60,6 +60,7 @@ import click
     metavar="N",
     help="Processes on this machine.",
 )
+@click.option("--dask", metavar="ADDRESS", help="Run on an existing Dask scheduler.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted sweep.")
 @click.option("--force", is_flag=True, help="Replace an existing result.")
 @click.option("--quiet", is_flag=True, help="Print no progress and no table.")
@@ -73,6 +74,7 @@ def command(
     csv_path: Path | None,
     overrides: tuple[str, ...],
     jobs: int,
+    dask: str | None,
     resume: bool,
     force: bool,
     quiet: bool,
@@ -86,6 +88,7 @@ def command(
     from echobeam.cli.progress import progress_bar
     from echobeam.scenario.load import load_scenario
     from echobeam.store.block_files import BlockFiles
+    from echobeam.store.workers import Workers
     from echobeam.store.writing import check_writable, replacing
     from echobeam.sweeps.grid import Grid, grid_dataset, read_varied, tidy_csv
     from echobeam.sweeps.points import Study, run_study
@@ -98,7 +101,7 @@ def command(
         check_writable(path, force=force)
     study = Study(tuple(points), seed, BlockFiles.beside(target))
     with progress_bar(f"{name}: {len(points)} points", quiet=quiet) as progress:
-        run_study(study, jobs=jobs, resume=resume, force=force, progress=progress)
+        run_study(study, workers=Workers(jobs, dask), resume=resume, force=force, progress=progress)
     dataset = grid_dataset(grid, study)
     with replacing(target) as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf")

@@ -10,12 +10,12 @@ from echobeam.faults import InputError, RunError
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.load import trace_path
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.blocks import cut, run_block
+from echobeam.simulation.blocks import Block, cut, run_block
 from echobeam.simulation.motion import plan_motion
 from echobeam.simulation.run import check_count, resolve_schemes
 from echobeam.store.block_files import BlockFiles, Job, digest
 from echobeam.store.result import open_result, write_result
-from echobeam.store.workers import Advance, Progress, do_all
+from echobeam.store.workers import HERE, Advance, Progress, Workers, do_all
 from echobeam.store.writing import check_writable
 from echobeam.version import __version__
 
@@ -30,8 +30,8 @@ class Recording:
         As for `simulate`; schemes by name or file, so that other processes find them.
     out
         The result file.
-    jobs
-        Number of processes.
+    workers
+        Who works: processes here, or a cluster.
     resume
         Use the finished blocks of an interrupted run.
     force
@@ -43,7 +43,7 @@ class Recording:
     trials: int
     seed: int
     out: Path
-    jobs: int = 1
+    workers: Workers = HERE
     resume: bool = False
     force: bool = False
 
@@ -67,10 +67,13 @@ class BlockWork:
         """Return the blocks without a whole file."""
         return self.files.missing(len(self.blocks))
 
-    def do(self, task: int, advance: Advance) -> None:
-        """Compute one block and write it."""
+    def compute(self, task: int, advance: Advance) -> Block:
+        """Compute one block."""
         schemes = resolve_schemes(self.scenario, self.schemes)
-        block = run_block(self.scenario, schemes, self.seed, self.blocks[task], advance)
+        return run_block(self.scenario, schemes, self.seed, self.blocks[task], advance)
+
+    def write(self, task: int, block: Block) -> None:
+        """Write a finished block."""
         self.files.write(task, block)
 
 
@@ -102,7 +105,7 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     blocks = tuple(cut(scenario, recording.trials))
     work = BlockWork(scenario, recording.schemes, recording.seed, blocks, files)
     try:
-        do_all(work, recording.jobs, progress)
+        do_all(work, recording.workers, progress)
         finished = (files.read(index) for index in range(len(blocks)))
         write_result(recording.out, scenario, names, recording.seed, recording.trials, finished)
     except InputError:

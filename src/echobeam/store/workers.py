@@ -7,9 +7,11 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from echobeam.faults import RunError
+from echobeam.simulation.blocks import Block
 
 CRASHES_ALLOWED = 3
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -19,7 +21,7 @@ Advance = Callable[[int], None]
 
 
 class Work(Protocol):
-    """Tasks by number, picklable; a task leaves its outcome on disk."""
+    """Tasks by number, picklable; a task's outcome is a block that is kept on disk."""
 
     def sizes(self) -> Sequence[int]:
         """Return how much there is to do in each task, in any unit."""
@@ -27,17 +29,40 @@ class Work(Protocol):
     def missing(self) -> list[int]:
         """Return the tasks whose outcome is not there yet."""
 
-    def do(self, task: int, advance: Advance) -> None:
+    def compute(self, task: int, advance: Advance) -> Block:
         """Do one task; call ``advance`` with what was done since the last call."""
 
+    def write(self, task: int, block: Block) -> None:
+        """Keep a task's outcome, whole or not at all."""
 
-def do_all(work: Work, jobs: int, progress: Progress) -> None:
+
+@dataclass(frozen=True, slots=True)
+class Workers:
+    """Who works.
+
+    Attributes
+    ----------
+    jobs
+        Number of processes on this machine; 1 works in this one.
+    dask
+        Address of a Dask scheduler that is asked instead; none by default.
+    """
+
+    jobs: int = 1
+    dask: str | None = None
+
+
+HERE = Workers()
+"""This process alone."""
+
+
+def do_all(work: Work, workers: Workers, progress: Progress) -> None:
     """Do every missing task.
 
     Parameters
     ----------
-    jobs
-        Number of processes; 1 works in this one.
+    workers
+        Processes here, or a cluster.
     progress
         Called with what is done so far and in all.
 
@@ -46,11 +71,16 @@ def do_all(work: Work, jobs: int, progress: Progress) -> None:
     RunError
         If worker processes die again and again.
     """
-    missing = work.missing()
+    missing, jobs = work.missing(), workers.jobs
+    if workers.dask is not None:
+        from echobeam.store.cluster import do_on_cluster
+
+        do_on_cluster(work, missing, workers.dask, progress)
+        return
     meter = _Meter(progress, work.sizes(), missing)
     if jobs <= 1 or len(missing) <= 1:
         for task in missing:
-            work.do(task, meter.advance(task))
+            work.write(task, work.compute(task, meter.advance(task)))
         return
     for _ in range(CRASHES_ALLOWED):
         if _spread(work, jobs, missing, meter):
@@ -120,4 +150,5 @@ def _do_elsewhere(task: int) -> None:
     def advance(done: int) -> None:
         counts[task] += done
 
-    _here["work"].do(task, advance)
+    work: Work = _here["work"]
+    work.write(task, work.compute(task, advance))

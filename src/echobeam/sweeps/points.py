@@ -17,7 +17,7 @@ from echobeam.simulation.motion import plan_motion
 from echobeam.simulation.run import check_count, resolve_schemes
 from echobeam.store.block_files import BlockFiles, Job
 from echobeam.store.recorded import input_digests
-from echobeam.store.workers import Advance, Progress, do_all
+from echobeam.store.workers import HERE, Advance, Progress, Workers, do_all
 from echobeam.values import Array
 from echobeam.version import __version__
 
@@ -76,15 +76,19 @@ class Study:
         """Return the tasks without a whole file."""
         return self.files.missing(len(self.tasks()))
 
-    def do(self, task: int, advance: Advance) -> None:
-        """Run one block and write its digest and what is to be kept."""
+    def compute(self, task: int, advance: Advance) -> Block:
+        """Run one block; return its digest and what is to be kept."""
         index, trials = self.tasks()[task]
         point = self.points[index]
         schemes = resolve_schemes(point.scenario, point.schemes)
         block = run_block(point.scenario, schemes, self.seed, trials, advance)
         arrays = {name: np.asarray(value) for name, value in self._digest(block, point).items()}
         kept = {KEPT + name: block.arrays[name] for name in point.keep}
-        self.files.write(task, Block(block.first, {**arrays, **kept}))
+        return Block(block.first, {**arrays, **kept})
+
+    def write(self, task: int, block: Block) -> None:
+        """Write a finished task's arrays."""
+        self.files.write(task, block)
 
     @staticmethod
     def _digest(block: Block, point: Point) -> Digest:
@@ -120,7 +124,7 @@ class Study:
 def run_study(
     study: Study,
     *,
-    jobs: int = 1,
+    workers: Workers = HERE,
     resume: bool = False,
     force: bool = False,
     progress: Progress = lambda done, total: None,
@@ -141,7 +145,7 @@ def run_study(
     study.files.begin(_job(study.points, study.seed), resume=resume, force=force)
     count = len(study.tasks())
     try:
-        do_all(study, jobs, progress)
+        do_all(study, workers, progress)
     except InputError:
         study.files.remove_if_empty()
         raise

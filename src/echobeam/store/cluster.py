@@ -1,0 +1,84 @@
+"""The same tasks on an existing Dask cluster; the only file that knows Dask.
+
+Workers compute, this process keeps: blocks come back over the network and are written here, so
+that no shared file system is needed. A task whose worker dies is done again by another one.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from echobeam.faults import InputError, RunError
+
+if TYPE_CHECKING:
+    from echobeam.simulation.blocks import Block
+    from echobeam.store.workers import Work
+
+PATIENCE = "15s"
+PER_THREAD = 2
+"""Tasks handed out per worker thread: one to work on and one to begin next."""
+
+
+class ClusterError(InputError):
+    """A cluster that cannot be used; the message says why."""
+
+
+def do_on_cluster(
+    work: Work, missing: Sequence[int], address: str, progress: Callable[[int, int], None]
+) -> None:
+    """Do tasks on the cluster of a Dask scheduler.
+
+    Parameters
+    ----------
+    address
+        Of the scheduler, such as ``tcp://127.0.0.1:8786``.
+
+    Raises
+    ------
+    ClusterError
+        If Dask is not installed, no scheduler answers, or it has no workers.
+    RunError
+        If a task's workers die again and again.
+    """
+    try:
+        from distributed import Client, as_completed
+        from distributed.scheduler import KilledWorker
+    except ImportError:
+        raise ClusterError("--dask needs Dask: pip install 'echobeam[cluster]'") from None
+    sizes = work.sizes()
+    total = sum(sizes)
+    done = total - sum(sizes[task] for task in missing)
+    try:
+        client = Client(address, timeout=PATIENCE)
+    except (OSError, ValueError) as error:
+        raise ClusterError(f"--dask {address}: no scheduler answers there ({error})") from None
+    with client:
+        threads = sum(client.nthreads().values())
+        if threads == 0:
+            raise ClusterError(f"--dask {address}: the scheduler has no workers")
+        waiting = iter(missing)
+
+        def hand_out(count: int) -> list[Any]:
+            return [
+                client.submit(compute, work, task, pure=False)
+                for task in itertools.islice(waiting, count)
+            ]
+
+        running = as_completed(hand_out(PER_THREAD * threads))
+        for future in running:
+            try:
+                task, block = future.result()
+            except KilledWorker as error:
+                raise RunError(f"workers of the cluster died again and again: {error}") from error
+            work.write(task, block)
+            future.release()
+            running.update(hand_out(1))
+            done += sizes[task]
+            progress(done, total)
+
+
+def compute(work: Work, task: int) -> tuple[int, Block]:
+    """Do one task, on a worker."""
+    return task, work.compute(task, lambda done: None)

@@ -1,0 +1,72 @@
+"""Runs on a real Dask scheduler with two worker processes."""
+
+import os
+import signal
+import threading
+import time
+
+import pytest
+
+import echobeam as eb
+from echobeam.store.cluster import ClusterError
+from echobeam.store.recorded import Recording, record
+from echobeam.store.workers import Workers
+
+from .test_interrupted_runs import same
+
+distributed = pytest.importorskip("distributed", reason="pip install 'echobeam[cluster]'")
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster:
+        yield cluster
+
+
+def recording(out, trials=400, **changes):
+    return Recording(
+        scenario=eb.load_scenario("paper-long"),
+        schemes=("water-filling", "omni"),
+        trials=trials,
+        seed=1,
+        out=out,
+        **changes,
+    )
+
+
+@pytest.mark.slow
+def test_a_cluster_gives_the_same_as_this_process(cluster, tmp_path):
+    record(recording(tmp_path / "here.nc"))
+    seen = []
+    on_cluster = Workers(dask=cluster.scheduler_address)
+    record(recording(tmp_path / "there.nc", workers=on_cluster), lambda *now: seen.append(now))
+    same(tmp_path / "here.nc", tmp_path / "there.nc")
+    assert seen[-1][0] == seen[-1][1]
+
+
+@pytest.mark.slow
+def test_a_worker_killed_in_mid_run_costs_nothing(cluster, tmp_path):
+    record(recording(tmp_path / "here.nc", trials=1500))
+    killed = threading.Event()
+
+    def kill(done, total):
+        if not killed.is_set():
+            killed.set()
+            with distributed.Client(cluster.scheduler_address) as client:
+                pids = client.run(os.getpid)
+            os.kill(next(iter(pids.values())), signal.SIGKILL)
+            time.sleep(0.1)
+
+    on_cluster = Workers(dask=cluster.scheduler_address)
+    record(recording(tmp_path / "there.nc", trials=1500, workers=on_cluster), kill)
+    assert killed.is_set()
+    same(tmp_path / "here.nc", tmp_path / "there.nc")
+
+
+def test_no_scheduler_is_one_message(tmp_path, monkeypatch):
+    monkeypatch.setattr("echobeam.store.cluster.PATIENCE", "1s")
+    with pytest.raises(ClusterError, match=r"127\.0\.0\.1:9.*no scheduler answers"):
+        record(recording(tmp_path / "r.nc", workers=Workers(dask="tcp://127.0.0.1:9")))
+    assert not list(tmp_path.iterdir())
