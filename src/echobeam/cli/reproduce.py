@@ -1,0 +1,85 @@
+"""`echobeam reproduce`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command("reproduce")
+@click.argument("ids", nargs=-1, metavar="[ID]...")
+@click.option("--list", "as_list", is_flag=True, help="List the figures' ids and do nothing.")
+@click.option("--quick", is_flag=True, help="A quick look: 20 trials per point.")
+@click.option(
+    "--trials", type=click.IntRange(min=2), metavar="N", help="Trials per point. Default: 200."
+)
+@click.option(
+    "--seed", type=int, default=0, show_default=True, metavar="N", help="Seed of all randomness."
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("reproduction"),
+    show_default=True,
+    metavar="DIR",
+    help="Directory of pictures, data and claims.",
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Processes on this machine.",
+)
+@click.option("--dask", metavar="ADDRESS", help="Run on an existing Dask scheduler.")
+@click.option("--resume", is_flag=True, help="Go on from the blocks that are there.")
+@click.option("--force", is_flag=True, help="Replace what is there.")
+@click.option("--quiet", is_flag=True, help="Print no progress and no table.")
+def command(
+    ids: tuple[str, ...],
+    as_list: bool,
+    quick: bool,
+    trials: int | None,
+    seed: int,
+    out: Path,
+    jobs: int,
+    dask: str | None,
+    resume: bool,
+    force: bool,
+    quiet: bool,
+) -> None:
+    r"""Reproduce the paper's figures (all, or those with the IDs) and judge its claims.
+
+    \b
+    echobeam reproduce --list
+    echobeam reproduce t1 t4 --quick
+    echobeam reproduce --jobs 2 --out reproduction
+
+    Writes ID.png and ID.csv for every figure, claims.json and claims.md. What was run is kept in
+    DIR/blocks, so that --resume goes on after an interruption.
+    """
+    from echobeam.cli.progress import progress_bar
+    from echobeam.reproduction.catalogue import FIGURES
+    from echobeam.reproduction.report import written
+    from echobeam.reproduction.run import QUICK_TRIALS, TRIALS, Reproduction, reproduce
+    from echobeam.store.workers import Workers
+
+    if as_list:
+        width = max(map(len, FIGURES))
+        for figure in FIGURES.values():
+            click.echo(f"{figure.id:<{width}}  {figure.caption}")
+        return
+    if trials is None:
+        trials = QUICK_TRIALS if quick else TRIALS
+    task = Reproduction(ids, out, trials, seed, Workers(jobs, dask), resume, force)
+    with progress_bar("reproduce", quiet=quiet) as progress:
+        findings = reproduce(task, progress)
+    if quiet:
+        return
+    for finding in findings:
+        claim, measured = finding.claim, finding.measured
+        ours = written(measured.headline, measured.unit)
+        click.echo(f"{finding.verdict:<14}  {claim.id}: {ours}")
+    click.echo(f"pictures, data and claims: {out}")

@@ -1,0 +1,159 @@
+"""What a figure and a claim are: records, so that command, tests and documentation read the same.
+
+A figure asks for points (scenarios run for some trials) and turns their results into a table and
+a picture. A claim belongs to a figure; it measures something in the same results, and a rule that
+the record holds turns what was measured into a verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from echobeam.reproduction.results import Results
+from echobeam.reproduction.setups import Setup
+from echobeam.reproduction.tables import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+Verdict = Literal["reproduced", "in part", "not reproduced"]
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A number with its 95 % interval; without one (a deterministic number) both ends are it."""
+
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def exact(cls, value: float) -> Estimate:
+        """Return a number that no chance went into."""
+        return cls(float(value), float(value), float(value))
+
+    @property
+    def random(self) -> bool:
+        """Whether the interval says anything."""
+        return bool(np.isfinite([self.low, self.high]).all()) and self.low < self.high
+
+    def scaled(self, factor: float, shift: float = 0.0) -> Estimate:
+        """Return ``factor x + shift``, factor positive."""
+        return Estimate(*(factor * x + shift for x in (self.value, self.low, self.high)))
+
+    def negated(self) -> Estimate:
+        """Return the number with the other sign."""
+        return Estimate(-self.value, -self.high, -self.low)
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What a claim's measure found.
+
+    Attributes
+    ----------
+    estimates
+        By name; the first is the one that is reported, the rule sees all.
+    unit
+        Of the first, as it is printed: ``"%"``, ``"deg"``, ``""``.
+    """
+
+    estimates: Mapping[str, Estimate]
+    unit: str = ""
+
+    @property
+    def headline(self) -> Estimate:
+        """The number that is reported as ours."""
+        return next(iter(self.estimates.values()))
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """How a verdict follows from what was measured.
+
+    Attributes
+    ----------
+    text
+        The rule in words, printed beside every verdict.
+    decide
+        The rule itself.
+    """
+
+    text: str
+    decide: Callable[[Measured], Verdict]
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A figure's outcome: the drawing and the numbers in it."""
+
+    drawing: Drawing
+    table: Table
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One figure of the paper.
+
+    Attributes
+    ----------
+    id
+        The paper's own label.
+    caption
+        What it shows, in a line.
+    points
+        What has to be run for it; figures that name the same setup share its trials.
+    draw
+        From the results of at least these points to table and picture.
+    """
+
+    id: str
+    caption: str
+    points: tuple[Setup, ...]
+    draw: Callable[[Results], Picture]
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One sentence of the paper that can be held against numbers.
+
+    Attributes
+    ----------
+    id, figure
+        Its name, and the id of the figure whose points it is measured on.
+    text
+        What the paper says, quoted or shortened.
+    paper
+        The paper's value: a number in the measure's unit, or words where it gives none.
+    reading
+        How the sentence was read, and which values were calibrated.
+    measure
+        From results to numbers.
+    judge
+        From numbers to the verdict.
+    """
+
+    id: str
+    figure: str
+    text: str
+    paper: float | str
+    reading: str
+    measure: Callable[[Results], Measured]
+    judge: Rule
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A claim together with what was measured and the verdict that its rule gives."""
+
+    claim: Claim
+    measured: Measured
+    verdict: Verdict = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Let the rule decide; nobody else can."""
+        object.__setattr__(self, "verdict", self.claim.judge.decide(self.measured))

@@ -1,0 +1,110 @@
+"""Findings as files: `claims.json` for programs, `claims.md` for readers."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from echobeam.reproduction.records import Estimate, Finding, Verdict
+from echobeam.reproduction.results import Results
+from echobeam.reproduction.setups import CALIBRATED
+from echobeam.store.writing import replacing
+from echobeam.version import __version__
+
+VERDICTS: tuple[Verdict, ...] = ("reproduced", "in part", "not reproduced")
+
+
+def write_claims(findings: Sequence[Finding], results: Results, directory: Path) -> None:
+    """Write both files, each whole or not at all."""
+    texts = {
+        "claims.json": json.dumps(document(findings), indent=1, allow_nan=False) + "\n",
+        "claims.md": page(findings, results),
+    }
+    for name, text in texts.items():
+        with replacing(directory / name) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
+
+def document(findings: Sequence[Finding]) -> dict[str, list[dict[str, object]]]:
+    """Return the findings as JSON knows them: what is not a finite number is null."""
+    return {"claims": [_entry(finding) for finding in findings]}
+
+
+def _entry(finding: Finding) -> dict[str, object]:
+    claim, ours = finding.claim, finding.measured.headline
+    return {
+        "id": claim.id,
+        "figure": claim.figure,
+        "text": claim.text,
+        "paper": claim.paper,
+        "ours": _number(ours.value),
+        "interval": [_number(ours.low), _number(ours.high)] if ours.random else None,
+        "reading": claim.reading,
+        "verdict": finding.verdict,
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.6g}") if math.isfinite(value) else None
+
+
+def page(findings: Sequence[Finding], results: Results) -> str:
+    """Return the findings as a table to read, and below it every reading and rule."""
+    counts = [sum(one.verdict == verdict for one in findings) for verdict in VERDICTS]
+    said = ", ".join(f"{count} {verdict}" for count, verdict in zip(counts, VERDICTS, strict=True))
+    lines = [
+        "# The paper's claims",
+        "",
+        f"{len(findings)} claims: {said}. echobeam {__version__}, {results.trials} trials per "
+        f"point, seed {results.seed}; intervals are 95 %. Verdicts are computed by the rules "
+        "below.",
+        "",
+        f"Calibrated, not given: {CALIBRATED}. Agreement is evidence for that reading of the "
+        "paper, not an independent confirmation; the sensitivity map shows how much hangs on it.",
+        "",
+        "| Figure | Claim | Paper | Ours | Verdict |",
+        "|---|---|---|---|---|",
+    ]
+    lines += [_row(finding) for finding in findings]
+    lines += ["", "## Readings and rules", ""]
+    lines += [_paragraph(finding) for finding in findings]
+    return "\n".join(lines) + "\n"
+
+
+def _row(finding: Finding) -> str:
+    claim, measured = finding.claim, finding.measured
+    paper = claim.paper if isinstance(claim.paper, str) else f"{claim.paper:g} {measured.unit}"
+    ours = written(measured.headline, measured.unit)
+    return (
+        f"| {claim.figure} | **{claim.id}**: {claim.text} | {paper} | {ours} | {finding.verdict} |"
+    )
+
+
+def _paragraph(finding: Finding) -> str:
+    claim, measured = finding.claim, finding.measured
+    found = "; ".join(
+        f"{name} {written(one, measured.unit)}" for name, one in measured.estimates.items()
+    )
+    return (
+        f"- **{claim.id}** ({finding.verdict}). Measured: {found}. Reading: {claim.reading}. "
+        f"Rule: {claim.judge.text}."
+    )
+
+
+def written(estimate: Estimate, unit: str = "") -> str:
+    """Return a number with its interval and unit as it is printed."""
+    digits = _decimals(estimate)
+    text = f"{estimate.value:.{digits}f}"
+    if estimate.random:
+        text += f" ({estimate.low:.{digits}f} to {estimate.high:.{digits}f})"
+    return f"{text} {unit}".strip()
+
+
+def _decimals(estimate: Estimate) -> int:
+    """Return decimals so that two digits of the interval's half-width, or three in all, show."""
+    scale = (estimate.high - estimate.low) / 2 if estimate.random else abs(estimate.value) / 10
+    if not math.isfinite(scale) or scale <= 0:
+        return 0 if math.isfinite(estimate.value) and estimate.value == int(estimate.value) else 2
+    return max(0, min(6, 1 - math.floor(math.log10(scale))))

@@ -1,0 +1,121 @@
+"""From chosen figures to a directory of pictures, data and verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from echobeam.plots import save
+from echobeam.reproduction.catalogue import CLAIMS, choose
+from echobeam.reproduction.records import Figure, Finding
+from echobeam.reproduction.report import write_claims
+from echobeam.reproduction.results import Outcome, Results
+from echobeam.reproduction.setups import Setup
+from echobeam.store.workers import HERE, Progress, Workers
+from echobeam.store.writing import StoreError
+from echobeam.sweeps.points import run_study, study_in
+
+TRIALS, QUICK_TRIALS = 200, 20
+"""Trials per point, and those of a quick look."""
+
+BLOCKS = "blocks"
+CLAIM_FILES = ("claims.json", "claims.md")
+
+
+@dataclass(frozen=True, slots=True)
+class Reproduction:
+    """What is to be reproduced, and where.
+
+    Attributes
+    ----------
+    ids
+        Figures' ids; none means all.
+    out
+        Directory of the pictures, made if need be; ``blocks`` in it keeps what was run.
+    trials, seed
+        Trials per point, and the seed of all randomness.
+    workers
+        Processes on this machine, or a cluster.
+    resume, force
+        Go on with what is there; replace it.
+    """
+
+    ids: tuple[str, ...] = ()
+    out: Path = Path("reproduction")
+    trials: int = TRIALS
+    seed: int = 0
+    workers: Workers = HERE
+    resume: bool = False
+    force: bool = False
+
+
+def reproduce(task: Reproduction, progress: Progress = lambda done, total: None) -> list[Finding]:
+    """Run, draw and judge; return the findings, which stand in ``claims.json`` as well.
+
+    Raises
+    ------
+    InputError
+        If an id is unknown, or something is in the way.
+    RunError
+        If the work could not be finished; what is done is kept.
+    """
+    figures = choose(task.ids)
+    _check(task, figures)
+    results = _run(task, figures, progress)
+    for figure in figures:
+        picture = figure.draw(results)
+        save(picture.drawing, task.out / f"{figure.id}.png")
+        picture.table.write(task.out / f"{figure.id}.csv")
+    chosen = {figure.id for figure in figures}
+    findings = [
+        Finding(claim, claim.measure(results)) for claim in CLAIMS if claim.figure in chosen
+    ]
+    write_claims(findings, results, task.out)
+    return findings
+
+
+def outputs(task: Reproduction, figures: Sequence[Figure]) -> list[Path]:
+    """Return every file that a reproduction writes, besides its blocks."""
+    names = [f"{figure.id}.{suffix}" for figure in figures for suffix in ("png", "csv")]
+    return [task.out / name for name in (*names, *CLAIM_FILES)]
+
+
+def setups_of(figures: Sequence[Figure]) -> list[Setup]:
+    """Return the setups of some figures, each once."""
+    return list({setup.name: setup for figure in figures for setup in figure.points}.values())
+
+
+def _check(task: Reproduction, figures: Sequence[Figure]) -> None:
+    """Make the directory; refuse to overwrite what was not asked to be overwritten."""
+    try:
+        task.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(f"{task.out}: cannot be made: {error.strerror}") from None
+    there = [path for path in outputs(task, figures) if path.exists()]
+    if there and not (task.force or task.resume):
+        raise StoreError(
+            f"{there[0]}: exists already; give another --out, --resume to go on from what is "
+            "there, or --force to begin anew"
+        )
+
+
+def _run(task: Reproduction, figures: Sequence[Figure], progress: Progress) -> Results:
+    setups = setups_of(figures)
+    if not setups:
+        return Results([], task.trials, task.seed)
+    points = [setup.point(task.trials) for setup in setups]
+    study = study_in(task.out / BLOCKS, points, task.seed)
+    run_study(
+        study,
+        workers=task.workers,
+        resume=task.resume,
+        force=task.force,
+        progress=progress,
+    )
+    digests = study.digests()
+    outcomes = [
+        Outcome(point, digests[index], study.kept(index) if point.keep else {})
+        for index, point in enumerate(points)
+    ]
+    return Results(outcomes, task.trials, task.seed)
