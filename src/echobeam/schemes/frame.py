@@ -14,7 +14,7 @@ import numpy as np
 from echobeam.schemes.base import View
 from echobeam.tracking import filter as ekf
 from echobeam.tracking.initial import initial_state
-from echobeam.values import BoolArray, GaussianState, Measurement, Phase
+from echobeam.values import Array, BoolArray, GaussianState, Measurement, Phase
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +34,20 @@ class TrackingFrame:
         """Return the extended Kalman filter's prediction, Eqs. (44)-(46)."""
         return predict(view)
 
+    def forecast(self, view: View, horizon: int) -> list[GaussianState]:
+        """Return the priors of this slot and the next, ``horizon`` in all, without measurements.
+
+        The UAV is taken to fly on as it does in this slot.
+        """
+        settings = view.system.filter
+        return ekf.predict_steps(
+            view.posterior,
+            [view.uav_before, *[view.uav] * (horizon - 1)],
+            view.system.slot_duration,
+            _process_std(view),
+            settings.evolution,
+        )
+
     def listens(self, view: View) -> BoolArray:
         """Return the unknown objects in an omnidirectional slot, the known ones in the others."""
         known = view.posterior.known
@@ -52,9 +66,14 @@ def predict(view: View) -> GaussianState:
         view.posterior,
         view.uav_before,
         view.system.slot_duration,
-        np.array([settings.angle_std, settings.distance_std, settings.velocity_std]),
+        _process_std(view),
         settings.evolution,
     )
+
+
+def _process_std(view: View) -> Array:
+    settings = view.system.filter
+    return np.array([settings.angle_std, settings.distance_std, settings.velocity_std])
 
 
 def first_state(measurement: Measurement, view: View) -> GaussianState:
