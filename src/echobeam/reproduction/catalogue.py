@@ -5,14 +5,43 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from echobeam.faults import InputError
-from echobeam.reproduction.claims import rates as rate_claims
-from echobeam.reproduction.figures import rates
+from echobeam.reproduction.claims import ALL
+from echobeam.reproduction.figures import (
+    angles,
+    approximation,
+    distances,
+    height_angles,
+    height_rates,
+    long_run,
+    patterns_antennas,
+    patterns_slots,
+    rates,
+    resolutions,
+    sensitivity,
+    trajectories,
+)
 from echobeam.reproduction.records import Claim, Figure
 
-FIGURES: dict[str, Figure] = {module.FIGURE.id: module.FIGURE for module in (rates,)}
+FIGURES: dict[str, Figure] = {
+    figure.id: figure
+    for figure in (
+        approximation.FIGURE,
+        rates.FIGURE,
+        patterns_slots.FIGURE,
+        patterns_antennas.FIGURE,
+        angles.FIGURE,
+        distances.FIGURE,
+        trajectories.FIGURE,
+        long_run.FIGURE,
+        height_rates.FIGURE,
+        height_angles.FIGURE,
+        resolutions.FIGURE,
+        sensitivity.FIGURE,
+    )
+}
 """By id."""
 
-CLAIMS: tuple[Claim, ...] = (*rate_claims.CLAIMS,)
+CLAIMS: tuple[Claim, ...] = ALL
 
 
 def choose(ids: Sequence[str]) -> list[Figure]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from echobeam.reproduction.records import Estimate
 from echobeam.simulation.summary import mean_interval, ratio_of_means
-from echobeam.values import Array
+from echobeam.values import Array, BoolArray
 
 RESAMPLES = 2000
 _SEED = 20240607
@@ -50,8 +50,10 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array) -> Estimate:
     for _ in range(0, RESAMPLES, _CHUNK):
         drawn = random.integers(0, trials, (_CHUNK, trials))
         values.append(statistic(*(one[drawn] for one in samples)))
-    low, high = np.quantile(np.concatenate(values), [0.025, 0.975])
-    return Estimate(float(statistic(*samples)), float(low), float(high))
+    # no interpolation: a statistic may be infinite
+    ordered = np.sort(np.concatenate(values))
+    low, high = (float(ordered[round(q * (ordered.size - 1))]) for q in (0.025, 0.975))
+    return Estimate(float(statistic(*samples)), low, high)
 
 
 def rms(error: Array) -> Array:
@@ -78,3 +80,32 @@ def rms_with_band(error: Array) -> tuple[Array, Array]:
     """
     square, interval = mean_interval(error**2)
     return np.sqrt(square), np.sqrt(np.maximum(interval, 0.0))
+
+
+def proportion(hits: BoolArray) -> Estimate:
+    """Return the share of ``(trial,)`` trials that were hit, with Clopper and Pearson's interval.
+
+    Exact for independent trials: it says something even where no trial was hit.
+    """
+    from scipy.special import betaincinv
+
+    n, k = hits.size, int(hits.sum())
+    low = float(betaincinv(k, n - k + 1, 0.025)) if k else 0.0
+    high = float(betaincinv(k + 1, n - k, 0.975)) if k < n else 1.0
+    return Estimate(k / n, low, high)
+
+
+def crossing(x: Array, ratio_along: Array) -> Array:
+    """Return where a ratio ``(..., len(x))`` falls below 1 and stays there, interpolated.
+
+    Infinite if it is above 1 at the end, minus infinite if it is below 1 from the beginning.
+    """
+    above = ratio_along >= 1.0
+    last = above.shape[-1] - 1 - np.argmax(above[..., ::-1], axis=-1)
+    left = np.minimum(last, len(x) - 2)[..., None]
+    before = np.take_along_axis(ratio_along, left, axis=-1)[..., 0]
+    after = np.take_along_axis(ratio_along, left + 1, axis=-1)[..., 0]
+    fall = np.where(before > after, before - after, 1.0)
+    at = x[left[..., 0]] + (before - 1.0) / fall * (x[left[..., 0] + 1] - x[left[..., 0]])
+    at = np.where(above[..., -1], np.inf, at)
+    return np.asarray(np.where(above.any(axis=-1), at, -np.inf))

@@ -11,8 +11,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import Setup
 from echobeam.reproduction.tables import Table
@@ -39,7 +37,7 @@ class Estimate:
     @property
     def random(self) -> bool:
         """Whether the interval says anything."""
-        return bool(np.isfinite([self.low, self.high]).all()) and self.low < self.high
+        return self.low < self.high
 
     def scaled(self, factor: float, shift: float = 0.0) -> Estimate:
         """Return ``factor x + shift``, factor positive."""

@@ -96,15 +96,17 @@ def _paragraph(finding: Finding) -> str:
 def written(estimate: Estimate, unit: str = "") -> str:
     """Return a number with its interval and unit as it is printed."""
     digits = _decimals(estimate)
-    text = f"{estimate.value:.{digits}f}"
-    if estimate.random:
-        text += f" ({estimate.low:.{digits}f} to {estimate.high:.{digits}f})"
-    return f"{text} {unit}".strip()
+    value, low, high = (
+        f"{x:.{digits}f}" if math.isfinite(x) else "none"
+        for x in (estimate.value, estimate.low, estimate.high)
+    )
+    return f"{value} ({low} to {high}) {unit}".strip() if estimate.random else f"{value} {unit}"
 
 
 def _decimals(estimate: Estimate) -> int:
-    """Return decimals so that two digits of the interval's half-width, or three in all, show."""
-    scale = (estimate.high - estimate.low) / 2 if estimate.random else abs(estimate.value) / 10
-    if not math.isfinite(scale) or scale <= 0:
-        return 0 if math.isfinite(estimate.value) and estimate.value == int(estimate.value) else 2
+    """Return decimals that show two digits of the interval's half-width, or three in all."""
+    half, size = (estimate.high - estimate.low) / 2, abs(estimate.value)
+    scale = half if estimate.random and math.isfinite(half) else size / 10
+    if not math.isfinite(scale) or scale == 0:
+        return 0
     return max(0, min(6, 1 - math.floor(math.log10(scale))))

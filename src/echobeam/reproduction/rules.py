@@ -45,22 +45,6 @@ def all_below(bound: float) -> Rule:
     return _all(f"below {bound:g}", lambda one: one.high < bound)
 
 
-def headline_above(bound: float = 0.0) -> Rule:
-    """Demand of the headline alone that its whole interval lies above a bound."""
-
-    def decide(measured: Measured) -> Verdict:
-        ours = measured.headline
-        if ours.low > bound:
-            return "reproduced"
-        return "in part" if ours.value > bound else "not reproduced"
-
-    return Rule(
-        f"reproduced: the interval lies above {bound:g}; in part: only the value does; "
-        "else not reproduced",
-        decide,
-    )
-
-
 def within(targets: dict[str, tuple[float, float]], ordering: tuple[str, str]) -> Rule:
     """Demand of named estimates that their values lie in given ranges.
 
@@ -98,5 +82,31 @@ def _all(words: str, holds: Callable[[Estimate], bool]) -> Rule:
     return Rule(
         f"reproduced: the interval of every estimate lies {words}; in part: of some; "
         "else not reproduced",
+        decide,
+    )
+
+
+def inside(low: float, high: float, least: float, most: float, unit: str) -> Rule:
+    """Compare the headline with a range that the paper gives.
+
+    Parameters
+    ----------
+    low, high
+        The paper's range.
+    least, most
+        What was looked at; a value in there but outside the paper's range is half the claim.
+    unit
+        Of all of them.
+    """
+
+    def decide(measured: Measured) -> Verdict:
+        value = measured.headline.value
+        if low <= value <= high:
+            return "reproduced"
+        return "in part" if least <= value <= most else "not reproduced"
+
+    return Rule(
+        f"reproduced: within {low:g} to {high:g} {unit}; in part: within {least:g} to {most:g} "
+        f"{unit}; else not reproduced",
         decide,
     )

@@ -111,3 +111,39 @@ def resolution(n: int, metres: int, degrees: float) -> Setup:
         ("coverage.resolution", f"{degrees:g} deg"),
     )
     return Setup(f"resolution-n{n}-h{metres}-{degrees:g}", "paper-single", ("temporal",), overrides)
+
+
+@dataclass(frozen=True, slots=True)
+class Variation:
+    """One value changed from the default reading, for the headline scenarios named."""
+
+    label: str
+    overrides: Overrides = ()
+    against: str = "pilot"
+    bases: tuple[str, ...] = ("multi", "single")
+
+
+VARIATIONS = (
+    Variation("P_T = 0.5", (("radio.power", 0.5),)),
+    Variation("P_T = 2", (("radio.power", 2.0),)),
+    Variation("P_T = 10", (("radio.power", 10.0),)),
+    Variation("ripple 1", (("coverage.ripple", 1.0),)),
+    Variation("ripple 5", (("coverage.ripple", 5.0),)),
+    Variation("min_rate 0", (("coverage.min_rate", 0.0),), bases=("multi",)),
+    Variation("min_rate 2e-4", (("coverage.min_rate", 2e-4),), bases=("multi",)),
+    Variation("pilot held on a needle beam", against="pilot-needle"),
+    Variation("exact CRB", (("radar.crb", "exact"),)),
+)
+"""One value at a time around P_T = 1, ripple 3, min_rate 4e-4, held coverage beam, paper's CRB."""
+
+
+def varied(base: str, variation: Variation) -> Setup:
+    """Return a headline scenario ("multi" or "single") with one value changed."""
+    slug = "-".join(variation.label.lower().replace("=", "").split())
+    return Setup(
+        f"sensitivity-{base}-{slug}",
+        f"paper-{base}",
+        ("temporal", variation.against),
+        (*_array(30), *variation.overrides),
+        share=0.3,
+    )

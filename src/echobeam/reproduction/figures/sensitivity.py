@@ -1,0 +1,107 @@
+"""How the two headline improvements hang on what the paper does not give: a map of our own."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from echobeam.plots import style
+from echobeam.reproduction import drawing as draw_as
+from echobeam.reproduction.estimates import gain_percent
+from echobeam.reproduction.figures.rates import PANELS
+from echobeam.reproduction.records import Estimate, Figure, Picture
+from echobeam.reproduction.results import Results
+from echobeam.reproduction.setups import VARIATIONS, Setup, multi, single, varied
+from echobeam.reproduction.tables import Table
+from echobeam.simulation.summary import REFERENCE_SLOT
+
+
+class Entry(NamedTuple):
+    """One row of the map: what was changed from the default reading, and the improvement."""
+
+    objects: str
+    change: str
+    improvement: Estimate
+
+
+def setups() -> tuple[Setup, ...]:
+    """Return the defaults and everything that differs from them in one value."""
+    changed = [
+        varied(base, variation)
+        for base in ("multi", "single")
+        for variation in VARIATIONS
+        if base in variation.bases
+    ]
+    return (multi(), single(), *changed)
+
+
+def entries(results: Results) -> list[Entry]:
+    """Return the map, the default reading of each panel first."""
+    found = []
+    for base, (default, panel, _) in zip(("multi", "single"), PANELS, strict=True):
+        found.append(Entry(panel, "default reading", improvement(results, default)))
+        found += [
+            Entry(panel, variation.label, improvement(results, varied(base, variation)))
+            for variation in VARIATIONS
+            if base in variation.bases
+        ]
+    return found
+
+
+def improvement(results: Results, setup: Setup) -> Estimate:
+    """Return the first scheme's improvement over the second in the paper's slot, per cent."""
+    outcome = results[setup.name]
+    above, below = (outcome.sum_rate(scheme)[:, REFERENCE_SLOT - 1] for scheme in setup.schemes)
+    return gain_percent(above, below)
+
+
+def tabulate(results: Results) -> Table:
+    """Return the map with intervals."""
+    rows = [
+        (entry.objects, entry.change, entry.improvement.value, *_ends(entry.improvement))
+        for entry in entries(results)
+    ]
+    return Table(("objects", "change", "improvement (%)", "95 % low (%)", "95 % high (%)"), rows)
+
+
+@style.styled()
+def draw(results: Results) -> Picture:
+    """Draw a panel per headline: the improvement under every change, and the paper's value."""
+    figure = style.new_figure(style.PAGE, 3.5)
+    found = entries(results)
+    for axes, (_, panel, paper) in zip(figure.subplots(1, 2), PANELS, strict=True):
+        shown = [entry for entry in found if entry.objects == panel]
+        rows = np.arange(len(shown))
+        values = np.array([entry.improvement.value for entry in shown])
+        ends = np.array([_ends(entry.improvement) for entry in shown])
+        axes.axvspan(0.8 * paper, 1.2 * paper, color=style.SHADE, linewidth=0)
+        axes.axvline(paper, color=style.VERMILION, linestyle="--")
+        axes.errorbar(
+            values, rows, xerr=np.abs(ends.T - values), color=style.BLUE, marker="o", linestyle="",
+            capsize=2,
+        )  # fmt: skip
+        axes.set_yticks(rows, [entry.change for entry in shown])
+        axes.invert_yaxis()
+        axes.axvline(0.0, color="0.4", linewidth=0.8)
+        axes.set(title=f"{panel}; paper: +{paper} %", xlabel="Improvement in slot 6 (%)")
+    outcome = results[single().name]
+    draw_as.titled(
+        figure,
+        f"Sensitivity of the headline improvements: {draw_as.flight(outcome.scenario)}",
+        "one value changed at a time; 95 % intervals; dashed: the paper's value, shaded: within "
+        "20 % of it",
+    )
+    return Picture(figure, tabulate(results))
+
+
+def _ends(estimate: Estimate) -> tuple[float, float]:
+    return estimate.low, estimate.high
+
+
+FIGURE = Figure(
+    "sensitivity",
+    "how the improvements of t1 hang on values that the paper does not give",
+    setups(),
+    draw,
+)

@@ -1,0 +1,67 @@
+"""Beam patterns of many trials: gains over the angle, half-power widths, radiated powers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.physics.array import steering_vector
+from echobeam.plots.beams import beam_gain
+from echobeam.reproduction.results import Outcome
+from echobeam.values import Array, ComplexArray
+
+GRID = np.radians(np.arange(0.0, 180.01, 0.25))
+"""Angles at which patterns are looked at, rad."""
+
+FLOOR = 1e-4
+"""Gains below are not drawn: -40 dB."""
+
+
+def beams(outcome: Outcome, slot: int, scheme: str = "temporal") -> ComplexArray:
+    """Return ``(trial, object, antenna)``: the beams of a slot counted from 1."""
+    kept = outcome.of("beam", scheme)[:, slot - 1]
+    sent: ComplexArray = kept[..., 0] + 1j * kept[..., 1]
+    return sent
+
+
+def gains(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
+    """Return ``(trial, object, angle)``: power that each beam of a slot sends to `GRID`."""
+    array = outcome.scenario.array
+    return beam_gain(beams(outcome, slot, scheme), GRID, array.spacing, array.axis)
+
+
+def powers(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
+    """Return ``(trial, object)``: power of each beam of a slot."""
+    return np.asarray(np.sum(np.abs(beams(outcome, slot, scheme)) ** 2, axis=-1))
+
+
+def gain_at_truth(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
+    """Return ``(trial, object)``: power sent to each object by its own beam, per beam power."""
+    array, sent = outcome.scenario.array, beams(outcome, slot, scheme)
+    theta = outcome.kept["truth"][:, slot - 1, :, 0]
+    a = steering_vector(theta, array.n_tx, array.spacing, array.axis)
+    hit = np.abs(np.einsum("tkn,tkn->tk", a.conj(), sent)) ** 2
+    power = np.sum(np.abs(sent) ** 2, axis=-1)
+    return np.asarray(hit / np.where(power > 0, power, 1.0))
+
+
+def half_power_width(gain: Array) -> Array:
+    """Return how many degrees a pattern on `GRID` is above half of its maximum, ``(...)``.
+
+    Counted over 0 to 180 degrees and halved: an upright array repeats every lobe at its mirror
+    angle. A pattern with two tops counts both, since both are illuminated.
+    """
+    above = gain >= 0.5 * gain.max(axis=-1, keepdims=True)
+    return np.asarray(0.5 * 180.0 * above.mean(axis=-1))
+
+
+def matched_width(outcome: Outcome, slot: int) -> Array:
+    """Return ``(trial, object)`` deg: width of a beam matched to the true angle."""
+    array = outcome.scenario.array
+    theta = outcome.kept["truth"][:, slot - 1, :, 0]
+    a = steering_vector(theta, array.n_tx, array.spacing, array.axis)
+    return half_power_width(beam_gain(a, GRID, array.spacing, array.axis))
+
+
+def decibels(gain: Array) -> Array:
+    """Return a gain in dB, not below `FLOOR`."""
+    return np.asarray(10.0 * np.log10(np.maximum(gain, FLOOR)))

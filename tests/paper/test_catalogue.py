@@ -1,0 +1,70 @@
+"""The records: every id resolves, every claim has its figure, every setup is the paper's."""
+
+import pytest
+
+from echobeam.faults import InputError
+from echobeam.reproduction.catalogue import CLAIMS, FIGURES, choose
+from echobeam.reproduction.run import setups_of
+from echobeam.reproduction.setups import VARIATIONS, multi, single, varied
+from echobeam.schemes.registry import find_scheme
+
+PAPER = ["approx", "t1", "test2-1", "test2-2", "t3", "t4", "t5", "t6", "t7-1", "t7-2", "aa_acr"]
+
+
+def test_every_result_figure_of_the_paper_is_there_in_its_order():
+    assert list(FIGURES) == [*PAPER, "sensitivity"]
+    assert all(figure.caption for figure in FIGURES.values())
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_id_resolves_to_scenarios_that_load(name):
+    (figure,) = choose([name])
+    assert figure.id == name
+    for setup in figure.points:
+        point = setup.point(20)
+        assert point.trials >= 2
+        assert all(find_scheme(scheme).name == scheme for scheme in point.schemes)
+
+
+def test_unknown_ids_are_refused_with_those_there_are():
+    with pytest.raises(InputError, match=r"t9, fig1; there are approx, t1"):
+        choose(["t1", "t9", "fig1"])
+
+
+def test_every_claim_belongs_to_a_figure_and_has_a_name_of_its_own():
+    assert {claim.figure for claim in CLAIMS} == set(PAPER)
+    assert len({claim.id for claim in CLAIMS}) == len(CLAIMS)
+    for claim in CLAIMS:
+        assert claim.text
+        assert claim.reading
+        assert claim.judge.text
+
+
+def test_setups_of_one_name_are_one_setup():
+    setups = [setup for figure in FIGURES.values() for setup in figure.points]
+    for setup in setups:
+        assert [other for other in setups if other.name == setup.name and other != setup] == []
+    assert len(setups_of(list(FIGURES.values()))) == len({setup.name for setup in setups})
+
+
+@pytest.mark.parametrize("base", ["multi", "single"])
+def test_a_variation_changes_one_value_of_the_default(base):
+    default = {"multi": multi(), "single": single()}[base].scenario().model_dump()
+    for variation in (one for one in VARIATIONS if base in one.bases):
+        changed = varied(base, variation).scenario().model_dump()
+        different = [
+            f"{table}.{key}"
+            for table, values in default.items()
+            if isinstance(values, dict)
+            for key, value in values.items()
+            if changed[table][key] != value
+        ]
+        assert different == [key for key, _ in variation.overrides]
+
+
+def test_arrays_of_another_size_keep_the_ripple_in_proportion():
+    for n in (20, 40):
+        scenario = multi(n).scenario()
+        assert (scenario.array.n_tx, scenario.array.n_rx) == (n, n)
+        assert scenario.ripple == pytest.approx(0.1 * n)
+    assert single(30).scenario().ripple == 3.0
