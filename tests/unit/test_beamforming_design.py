@@ -50,7 +50,7 @@ def test_one_object_without_coverage_gets_shannons_rate_of_the_matched_beam(powe
     expected = np.log2(1 + power * 30 * 2.0**2 / (90.0**2 * 0.7))
     assert answer.objective == pytest.approx(expected, rel=1e-12)
     assert answer.gap < 1e-9
-    assert answer.iterations == 0
+    assert design_beams(problem, method="sdp").iterations == 0
 
 
 def test_beams_without_coverage_lie_in_the_span_of_the_steering_vectors() -> None:
@@ -124,8 +124,13 @@ def test_batch_gives_what_its_members_get_alone() -> None:
     assert answers.beams.shape == (4, 2, 12)
     for trial in range(4):
         alone = design_beams(batch.problem(trial))
-        np.testing.assert_array_equal(answers.beams[trial, batch.active[trial]], alone.beams)
-        assert answers.objective[trial] == alone.objective
+        together = answers.beams[trial, batch.active[trial]]
+        assert together.shape == alone.beams.shape
+        assert violation(batch.problem(trial), together).largest <= 1e-6
+        assert answers.objective[trial] == pytest.approx(alone.objective, rel=1e-9)
+        assert rates(batch.problem(trial), together).sum() == pytest.approx(
+            alone.objective, rel=1e-9
+        )
     assert np.all(answers.beams[3, 1] == 0)
     assert not answers.fallback.any()
     assert answers.messages == {}
@@ -139,6 +144,27 @@ def test_equal_problems_of_a_batch_are_solved_once(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(relaxation, "solve", lambda p: calls.append(p) or solve(p))
     design_batch(_batch(), method="sdp")
     assert len(calls) == 3
+
+
+@pytest.mark.parametrize("changes", [{"power": np.nan}, {"n_tx": 1}, {"noise": -1.0}])
+def test_what_the_direct_solver_cannot_take_never_reaches_it(changes: dict[str, float]) -> None:
+    answers = design_batch(_batch(min_rate=np.zeros(2), **changes))
+    refused = "n_tx" not in changes
+    assert answers.fallback.tolist() == [refused] * 4
+    assert all(next(iter(changes)) in text for text in answers.messages.values())
+
+
+def test_a_bound_is_proved_when_asked_for_and_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    from echobeam.beamforming import relaxation
+
+    calls: list[float] = []
+    prove = relaxation.prove
+    monkeypatch.setattr(relaxation, "prove", lambda *a: calls.append(1.0) or prove(*a))
+    answer = design_beams(_paper())
+    assert (calls, "not asked" in repr(answer)) == ([], True)
+    assert answer.upper_bound >= answer.objective
+    assert answer.gap < 1e-5
+    assert calls == [1.0]
 
 
 def test_batch_says_which_trials_fell_back_and_why() -> None:

@@ -11,6 +11,7 @@ from echobeam.beamforming.certificate import Violation
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.document import answer_document, read_problem
 from echobeam.beamforming.problem import ProblemError
+from echobeam.beamforming.proof import Proof
 
 GOOD: dict[str, Any] = {
     "angles_deg": [75, 135],
@@ -142,7 +143,7 @@ def test_what_json_has_no_number_for_is_null() -> None:
     answer = BeamAnswer(
         beams=np.full((1, 2), np.nan + 0j),
         objective=0.0,
-        upper_bound=np.inf,
+        proof=Proof(np.inf),
         status="infeasible",
         message="nothing",
         rates=np.array([np.nan]),

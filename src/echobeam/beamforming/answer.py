@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from echobeam.beamforming.certificate import Violation
+from echobeam.beamforming.proof import Proof
 from echobeam.values import Array, ComplexArray
 
 Status = Literal["optimal", "infeasible", "fallback"]
@@ -23,8 +24,8 @@ class BeamAnswer:
         ``(K, n_tx)`` complex, sqrt(power).
     objective
         Sum rate at the predicted channel, bit/s/Hz, Eq. (38a).
-    upper_bound
-        No feasible design has a larger objective; infinite where nothing was proved.
+    proof
+        Of `upper_bound`, which is computed when first asked for.
     status
         ``"optimal"``: feasible and converged. ``"fallback"``: the floors (38e) cannot all be met
         (or no solver converged); the beams serve all objects fairly and the message names the
@@ -36,18 +37,27 @@ class BeamAnswer:
     max_violation
         Relative violation of power, rate floors and coverage on the full grid.
     seconds, iterations
-        What it took.
+        What the decision took; a bound that is proved later is not counted.
     """
 
     beams: ComplexArray
     objective: float
-    upper_bound: float
+    proof: Proof
     status: Status
     message: str
     rates: Array
     max_violation: Violation
     seconds: float
     iterations: int
+
+    @property
+    def upper_bound(self) -> float:
+        """No feasible design has a larger objective; infinite where nothing was proved.
+
+        Rounding may put the last digit of an exact optimum above its bound, so that the objective
+        counts where it is the larger one.
+        """
+        return max(self.proof.bound, self.objective)
 
     @property
     def gap(self) -> float:

@@ -134,6 +134,9 @@ class ConicAnswer:
         Clarabel proved that nothing meets the constraints.
     objective
         Of the minimisation.
+    most_multipliers
+        ``(L,)``: of ``sum_k most_k X_k <= most_of``. With the others, the proof of it where the
+        programme is infeasible.
     """
 
     matrices: list[Array]
@@ -141,6 +144,7 @@ class ConicAnswer:
     usable: bool
     infeasible: bool
     objective: float
+    most_multipliers: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def solve(programme: Programme, tolerance: float = TOLERANCE) -> ConicAnswer:
@@ -235,4 +239,5 @@ def _read(programme: Programme, solution: object) -> ConicAnswer:
         usable=status not in IMPOSSIBLE and bool(np.isfinite(point).all()),
         infeasible=status == "PrimalInfeasible",
         objective=float(solution.obj_val),  # type: ignore[attr-defined]
+        most_multipliers=multipliers[programme.equal_to.size :][: programme.most_of.size],
     )

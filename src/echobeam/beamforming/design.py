@@ -11,20 +11,20 @@ import numpy as np
 from echobeam.beamforming.answer import BatchAnswer, BeamAnswer
 from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.coverage import coverage_steps
+from echobeam.beamforming.fast import FEASIBLE, solve_examined
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
+from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
+from echobeam.beamforming.trials import distinct_trials, sound_trials
 from echobeam.values import ComplexArray
 
 SOLVERS = {
-    "fast": "echobeam.beamforming.relaxation",
+    "fast": "echobeam.beamforming.fast",
     "sdp": "echobeam.beamforming.relaxation",
     "reference": "echobeam.beamforming.reference",
 }
 """Where each method's ``solve(problem) -> Proposal`` lives; imported when first used."""
-
-FEASIBLE = 1e-6
-"""Largest relative violation of a design that passes for feasible."""
 
 MOST_NUMBERS = 2e7
 """Largest number of values of all coverage grids' steering vectors that is taken on."""
@@ -38,8 +38,9 @@ def design_beams(problem: BeamProblem, method: str = "fast") -> BeamAnswer:
     problem
         Objects, coverage, floors, power.
     method
-        ``"fast"``: the quickest solver there is. ``"sdp"``: the reduced relaxation and a rank-one
-        beam from it. ``"reference"``: the paper's SDR + SCA + IRM through CVXPY.
+        ``"fast"``: the direct solver on rank-one beams, and ``"sdp"`` where that fails. ``"sdp"``:
+        the reduced relaxation and a rank-one beam from it. ``"reference"``: the paper's
+        SDR + SCA + IRM through CVXPY.
 
     Returns
     -------
@@ -74,25 +75,28 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
         As in `design_beams`.
     """
     _check_method(method)
-    n_trials, n_objects = batch.active.shape
-    beams = np.zeros((n_trials, n_objects, batch.n_tx), dtype=complex)
-    objective = np.zeros(n_trials)
-    fallback = np.zeros(n_trials, dtype=bool)
-    messages: dict[int, str] = {}
-    solved: dict[bytes, BeamAnswer | str] = {}
-    for trial in range(n_trials):
-        key = _key(batch, trial)
-        if key not in solved:
-            solved[key] = _one(batch, trial, method)
-        answer = solved[key]
-        if isinstance(answer, str):
-            fallback[trial], messages[trial] = True, answer
-            continue
-        beams[trial, batch.active[trial]] = answer.beams
-        objective[trial] = answer.objective
-        if answer.status != "optimal":
-            fallback[trial], messages[trial] = True, answer.message
-    return BatchAnswer(beams=beams, objective=objective, fallback=fallback, messages=messages)
+    first, same_as = distinct_trials(batch)
+    distinct = batch.taken(first)
+    answer = BatchAnswer(
+        beams=np.zeros((len(distinct), *batch.active.shape[1:], batch.n_tx), dtype=complex),
+        objective=np.zeros(len(distinct)),
+        fallback=np.zeros(len(distinct), dtype=bool),
+    )
+    left = dict.fromkeys(range(len(distinct)), method)
+    if method == "fast":
+        left = _design_together(distinct, answer)
+    for trial, how in left.items():
+        _put(answer, distinct, trial, _one(distinct, trial, how))
+    return BatchAnswer(
+        beams=answer.beams[same_as],
+        objective=answer.objective[same_as],
+        fallback=answer.fallback[same_as],
+        messages={
+            trial: answer.messages[source]
+            for trial, source in enumerate(same_as.tolist())
+            if source in answer.messages
+        },
+    )
 
 
 def _check_method(method: str) -> None:
@@ -110,21 +114,35 @@ def _check_size(problem: BeamProblem) -> None:
         )
 
 
+def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> dict[int, str]:
+    """Take what the direct solver finds; return the trials that are left, and a method for each."""
+    sound = sound_trials(batch)
+    which = np.flatnonzero(sound)
+    found, good = solve_examined(batch.taken(which))
+    kept = which[good]
+    answer.beams[kept] = found.beams[good]
+    answer.objective[kept] = found.objective[good]
+    left = sorted(set(range(len(batch))) - set(kept.tolist()))
+    # The direct solver would not do better on a trial alone.
+    return {trial: "sdp" if sound[trial] else "fast" for trial in left}
+
+
+def _put(answer: BatchAnswer, batch: ProblemBatch, trial: int, found: BeamAnswer | str) -> None:
+    """Write one trial's answer; a text says why there is none."""
+    if isinstance(found, str):
+        answer.fallback[trial], answer.messages[trial] = True, found
+        return
+    answer.beams[trial, batch.active[trial]] = found.beams
+    answer.objective[trial] = found.objective
+    if found.status != "optimal":
+        answer.fallback[trial], answer.messages[trial] = True, found.message
+
+
 def _one(batch: ProblemBatch, trial: int, method: str) -> BeamAnswer | str:
     try:
         return design_beams(batch.problem(trial), method)
     except ProblemError as error:
         return str(error)
-
-
-def _key(batch: ProblemBatch, trial: int) -> bytes:
-    """Return what tells one trial's problem from another's."""
-    active = batch.active[trial]
-    parts = [active, *(a[trial, active] for a in (batch.angles, batch.distances))]
-    parts.append(batch.coverage_halfwidths[trial, active])
-    if batch.warm_start is not None:
-        parts.append(batch.warm_start[trial, active])
-    return b"".join(np.ascontiguousarray(part).tobytes() for part in parts)
 
 
 def _solver(method: str) -> Any:
@@ -133,7 +151,7 @@ def _solver(method: str) -> Any:
 
 def _nothing(problem: BeamProblem) -> Proposal:
     beams: ComplexArray = np.zeros((0, problem.n_tx), dtype=complex)
-    return Proposal(beams, upper_bound=0.0, status="optimal", message="", iterations=0)
+    return Proposal(beams, proof=Proof(0.0), status="optimal", message="", iterations=0)
 
 
 def _judged(problem: BeamProblem, proposal: Proposal, begun: float) -> BeamAnswer:
@@ -143,13 +161,10 @@ def _judged(problem: BeamProblem, proposal: Proposal, begun: float) -> BeamAnswe
     if status == "optimal" and missed.largest > FEASIBLE:
         status = "fallback"
         message = f"no design was found that keeps all constraints: {missed}"
-    objective = float(np.sum(achieved))
-    # Rounding may put the last digit of an exact optimum above its bound.
-    bound = max(proposal.upper_bound, objective)
     return BeamAnswer(
         beams=proposal.beams,
-        objective=objective,
-        upper_bound=bound,
+        objective=float(np.sum(achieved)),
+        proof=proposal.proof,
         status=status,
         message=message,
         rates=achieved,

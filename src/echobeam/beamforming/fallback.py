@@ -16,6 +16,7 @@ from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bou
 from echobeam.beamforming.model import Model, model_gains
 from echobeam.beamforming.power import least_powers
 from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.recovery import recover_beams
 from echobeam.beamforming.sdp import Design, floor_rows, solve_on_grid
@@ -64,7 +65,7 @@ def fair_proposal(problem: BeamProblem, model: Model, shapes: list[Shape]) -> Pr
     unbound = interference_free_bound(gains, model.loss, 0.0 * model.threshold)
     return Proposal(
         beams=recover_beams(problem, scaled, fair.design.covariances),
-        upper_bound=min(unbound, dirty_paper_bound(model.channels, model.loss)),
+        proof=Proof(min(unbound, dirty_paper_bound(model.channels, model.loss))),
         status="fallback",
         message=_message(problem.min_rate, fair.factor, _alone(model, shapes), _alike(model)),
         iterations=fair.design.solves + sum(shape.solves for shape in shapes),

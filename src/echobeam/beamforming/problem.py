@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from echobeam.faults import InputError
-from echobeam.values import Array, Axis, BoolArray, ComplexArray
+from echobeam.values import Array, Axis, BoolArray, ComplexArray, IntArray
 
 DEFAULT_RESOLUTION = math.radians(0.1)
 
@@ -162,6 +162,18 @@ class ProblemBatch:
     def __len__(self) -> int:
         """T."""
         return int(self.angles.shape[0])
+
+    def taken(self, trials: IntArray) -> ProblemBatch:
+        """Return some of the trials, in the order given."""
+        warm = self.warm_start
+        return replace(
+            self,
+            angles=self.angles[trials],
+            distances=self.distances[trials],
+            coverage_halfwidths=self.coverage_halfwidths[trials],
+            active=self.active[trials],
+            warm_start=None if warm is None else warm[trials],
+        )
 
     def problem(self, trial: int) -> BeamProblem:
         """Return one trial's problem, with its active objects only."""

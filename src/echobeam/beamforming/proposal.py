@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from echobeam.beamforming.answer import Status
+from echobeam.beamforming.proof import Proof
 from echobeam.values import ComplexArray
 
 
@@ -16,8 +17,8 @@ class Proposal:
     ----------
     beams
         ``(K, N)``, sqrt(power).
-    upper_bound
-        Proved bound on the sum rate of every feasible design, bit/s/Hz; infinite if none was.
+    proof
+        Of a bound on the sum rate of every feasible design.
     status, message
         As in `BeamAnswer`.
     iterations
@@ -25,7 +26,7 @@ class Proposal:
     """
 
     beams: ComplexArray
-    upper_bound: float
+    proof: Proof
     status: Status
     message: str
     iterations: int

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,11 @@ from echobeam.beamforming.fallback import fair_proposal
 from echobeam.beamforming.model import build_model
 from echobeam.beamforming.objective import channel_loss
 from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.rank_one import beam_of
 from echobeam.beamforming.recovery import keep_coverage, settle_powers
-from echobeam.beamforming.relaxation import upper_bound
+from echobeam.beamforming.relaxation import prove
 from echobeam.beamforming.shape import best_shape
 from echobeam.physics.array import steering_vector
 from echobeam.values import ComplexArray
@@ -205,10 +207,9 @@ def solve(problem: BeamProblem) -> Proposal:
     beams = np.stack([beam_of(_columns(W)) for W in final.covariances])
     beams = keep_coverage(problem, beams)
     beams = settle_powers(beams, stated.channels, stated.loss, stated.threshold)
-    model = build_model(problem)
     return Proposal(
         beams=beams * np.sqrt(problem.power),
-        upper_bound=upper_bound(model, [best_shape(beam) for beam in model.beams]),
+        proof=Proof(partial(prove, problem, 0.0)),
         status="optimal",
         message=_message(final),
         iterations=final.solves,

@@ -17,6 +17,7 @@ from echobeam.beamforming.model import Model, build_model, model_gains
 from echobeam.beamforming.objective import sinr
 from echobeam.beamforming.power import BUDGET_DIGITS, spend
 from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.recovery import recover_beams
 from echobeam.beamforming.sdp import Design, improve, sum_rate
@@ -46,11 +47,17 @@ def solve(problem: BeamProblem) -> Proposal:
         return fair_proposal(problem, model, shapes)
     return Proposal(
         beams=recover_beams(problem, model, found.design.covariances),
-        upper_bound=found.bound,
+        proof=Proof(found.bound),
         status="optimal" if found.converged else "fallback",
         message="" if found.converged else "the joint climb failed; best shapes alone",
         iterations=found.design.solves + sum(shape.solves for shape in shapes),
     )
+
+
+def prove(problem: BeamProblem, value: float) -> float:
+    """Return `upper_bound` of a problem with K >= 1 objects, given a design's sum rate."""
+    model = build_model(problem)
+    return upper_bound(model, [best_shape(beam) for beam in model.beams], value)
 
 
 def upper_bound(model: Model, shapes: list[Shape], value: float = 0.0) -> float:

@@ -1,0 +1,222 @@
+"""From a start to the optimum: shapes and powers in turn, round by round of coverage points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from echobeam.beamforming.direct import barrier, cuts, symmetric, uplink
+from echobeam.beamforming.direct.barrier import LAST_BARRIER, Shapes
+from echobeam.beamforming.direct.beams import BeamSet, other_objects
+from echobeam.beamforming.direct.chirp import start_shapes
+from echobeam.beamforming.direct.uplink import Uplink
+from echobeam.values import Array, BoolArray, ComplexArray, IntArray
+
+WIDE_NODES = 7
+"""Nodes from which on a cover is wide, and compared with the full grid on the way."""
+
+MOST_STEPS = 100
+
+BOUGHT = 1e-6
+"""Excess of ripple, relative to what is allowed, that a beam may buy off with power."""
+
+DONE = 1e-7
+"""KKT residual of shapes, relative to the power of a matched beam, at which they are done."""
+
+DONE_POWERS = 1e-9
+"""The same for the powers, relative to the sum rate."""
+
+LIVE = 0.75
+"""Finished trials leave the working set when no more than this part of it still works."""
+
+CURVED = 1e-6
+"""How far from positive semidefinite a shape's dual matrix may be, relative to its diagonal."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trials:
+    """T trials with K objects each: beams trial by trial, losses and floors."""
+
+    beams: BeamSet
+    loss: Array
+    threshold: Array
+
+    def taken(self, index: IntArray) -> Trials:
+        """Return some of the trials."""
+        return Trials(
+            self.beams.taken(_beams_of(index, self.loss.shape[1])),
+            self.loss[index],
+            self.threshold[index],
+        )
+
+
+@dataclass(slots=True)
+class Found:
+    """What a climb found: beams for unit power and the rest as in `DirectResult`.
+
+    ``disturbance`` tells by how much the beams at the start, each with all the power, would
+    disturb the others, relative to the noise: ``(T,)``.
+    """
+
+    beams: ComplexArray
+    objective: Array
+    converged: BoolArray
+    factor: Array
+    iterations: IntArray
+    disturbance: Array
+
+    def put(self, index: IntArray, other: Found) -> None:
+        """Take over another climb's trials, where it is better: converged, and higher."""
+        lift = other.converged.astype(int) - self.converged[index]
+        rise = other.factor - self.factor[index]
+        rise = np.where(rise == 0.0, other.objective - self.objective[index], rise)
+        better = (lift > 0) | ((lift == 0) & (rise > 0.0))
+        for field in fields(self):
+            getattr(self, field.name)[index[better]] = getattr(other, field.name)[better]
+
+
+def climb(
+    trials: Trials, chirp: float, warm: ComplexArray | None = None, share: Array | None = None
+) -> Found:
+    """Return what one start leads to.
+
+    Parameters
+    ----------
+    trials
+        T trials.
+    chirp, warm
+        As in `start_shapes`.
+    share
+        As in `start_uplink`.
+    """
+    n_trials, n_objects = trials.loss.shape
+    shapes = start_shapes(trials.beams, chirp, warm)
+    powers = uplink.start_uplink(trials.loss, trials.threshold, share)
+    disturbance = _disturbance(shapes, trials.loss)
+    settled = np.zeros(n_trials, dtype=bool)
+    steps = np.zeros(n_trials, dtype=np.int64)
+    wide = trials.beams.points.shape[1] > 2 * WIDE_NODES
+    live = np.arange(n_trials)
+    beams, work, work_powers = trials.beams, shapes, powers
+    for count in range(1, MOST_STEPS + 1):
+        before = work.barrier
+        barrier.step(work, _weights(work_powers.level), LAST_BARRIER)
+        uplink.step(work_powers, *_uplink_view(work, n_objects))
+        steps[live] = count
+        ready = _ready(work, work_powers)
+        look = np.repeat(ready, n_objects)
+        if wide:
+            look |= work.barrier < before
+        worst = _look(beams, work, np.flatnonzero(look))
+        ready &= np.max(worst.reshape(-1, n_objects), axis=1) < cuts.MISSED
+        if count < MOST_STEPS and np.sum(~ready) > LIVE * live.size:
+            continue
+        if work is not shapes:
+            shapes.put(_beams_of(live, n_objects), work)
+            powers.put(live, work_powers)
+        settled[live] = ready
+        live = live[~ready]
+        if not live.size:
+            break
+        which = _beams_of(live, n_objects)
+        beams, work, work_powers = (
+            trials.beams.taken(which),
+            shapes.taken(which),
+            powers.taken(live),
+        )
+    found = _harvest(trials, shapes, powers, settled, steps)
+    found.disturbance = disturbance
+    return found
+
+
+def _disturbance(shapes: Shapes, loss: Array) -> Array:
+    power, leak = _uplink_view(shapes, loss.shape[1])
+    heard = leak / (power[:, :, np.newaxis] * loss[:, np.newaxis])
+    worst: Array = np.max(heard, axis=(1, 2))
+    return worst
+
+
+def _look(beams: BeamSet, shapes: Shapes, which: IntArray) -> Array:
+    """Compare some beams with the full grid and impose what they miss; return how much that is."""
+    worst = np.zeros(shapes.target.size)
+    if which.size:
+        part, part_beams = shapes.taken(which), beams.taken(which)
+        excess = cuts.relative_excess(part_beams, part)
+        cuts.impose(part_beams, part, excess)
+        beams.points[which] = part_beams.points
+        shapes.put(which, part)
+        worst[which] = np.max(excess, axis=0)
+    return worst
+
+
+def _ready(shapes: Shapes, powers: Uplink) -> BoolArray:
+    ready = (shapes.barrier <= LAST_BARRIER) & (shapes.ripple <= shapes.target)
+    ready &= shapes.residual < DONE
+    trial_ready: BoolArray = np.all(ready.reshape(powers.loss.shape), axis=1)
+    trial_ready &= powers.residual < DONE_POWERS
+    return trial_ready
+
+
+def _weights(level: Array) -> Array:
+    """Return ``(K - 1, S)``: for each beam the lambda of the other objects."""
+    n_objects = level.shape[1]
+    other = other_objects(n_objects)
+    return np.ascontiguousarray(level[:, other].reshape(level.size, n_objects - 1).T)
+
+
+def _uplink_view(shapes: Shapes, n_objects: int) -> tuple[Array, Array]:
+    """Return powers ``(T, K)`` and leaks ``(T, K, K)`` of shapes, trial by trial."""
+    power = shapes.power.reshape(-1, n_objects)
+    leak = np.zeros((power.shape[0], n_objects, n_objects))
+    heard = shapes.leak.T.reshape(len(power), n_objects, n_objects - 1)
+    np.put_along_axis(leak, np.broadcast_to(other_objects(n_objects), heard.shape), heard, axis=2)
+    return power, leak
+
+
+def _beams_of(trials: IntArray, n_objects: int) -> IntArray:
+    index: IntArray = (trials[:, np.newaxis] * n_objects + np.arange(n_objects)).reshape(-1)
+    return index
+
+
+def _harvest(
+    trials: Trials, shapes: Shapes, powers: Uplink, settled: BoolArray, steps: IntArray
+) -> Found:
+    """Return beams that keep the grid and the power to rounding, and what they reach."""
+    n_trials, n_objects = trials.loss.shape
+    excess = cuts.relative_excess(trials.beams, shapes)
+    weights, power = cuts.patched(trials.beams, shapes, excess)
+    _, leak = _uplink_view(shapes, n_objects)
+    power = power.reshape(n_trials, n_objects)
+    for _ in range(3):
+        uplink.step(powers, power, leak)
+    sinr, received = uplink.downlink(powers, power, leak)
+    good = np.all(np.isfinite(received) & (received >= 0.0), axis=1)
+    amplitude = np.sqrt(np.where(good[:, np.newaxis], received, 0.0))
+    beams = weights.reshape(n_trials, n_objects, -1) * amplitude[:, :, np.newaxis]
+    converged = settled & good & _globally_best(shapes, powers)
+    return Found(
+        beams=beams,
+        objective=np.where(good, np.sum(np.log1p(sinr), axis=1) / np.log(2.0), 0.0),
+        converged=converged,
+        factor=powers.factor,
+        iterations=steps,
+        disturbance=np.zeros(n_trials),
+    )
+
+
+def _globally_best(shapes: Shapes, powers: Uplink) -> BoolArray:
+    """Tell for which trials the multipliers prove every shape optimal for its prices.
+
+    The Lagrangian of a shape is the quadratic form of a matrix that has w in its kernel; where
+    that matrix is positive semidefinite no other shape, of any rank, does better.
+    """
+    bend = np.concatenate([shapes.high - shapes.low, _weights(powers.level)])
+    spread = 1.0 - shapes.ripple * np.sum(shapes.low + shapes.high, axis=0)
+    form = barrier.curvature(shapes, bend, spread)
+    diagonal = np.arange(form.shape[0])
+    form[diagonal, diagonal] += CURVED * (1.0 + np.max(np.abs(np.einsum("iis->is", form)), axis=0))
+    upper, _ = symmetric.factor(form)
+    proved = symmetric.positive_definite(upper).reshape(powers.loss.shape)
+    best: BoolArray = np.all(proved, axis=1)
+    return best

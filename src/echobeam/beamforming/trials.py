@@ -1,0 +1,57 @@
+"""The trials of a `ProblemBatch`: which are alike, which make sense, which are small enough."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.beamforming.coverage import coverage_steps
+from echobeam.beamforming.fast import LEAST_ANTENNAS
+from echobeam.beamforming.problem import ProblemBatch
+from echobeam.values import BoolArray, IntArray
+
+MOST_POINTS = 4000
+"""Grid points of a cover up to which a trial is designed together with others: a batch has as many
+for every trial as the widest cover takes."""
+
+
+def distinct_trials(batch: ProblemBatch) -> tuple[IntArray, IntArray]:
+    """Return the first trial of each distinct problem, and for every trial which of them it is."""
+    known: dict[bytes, int] = {}
+    first: list[int] = []
+    same_as = np.zeros(len(batch), dtype=np.int64)
+    for trial in range(len(batch)):
+        key = _key(batch, trial)
+        if key not in known:
+            known[key] = len(first)
+            first.append(trial)
+        same_as[trial] = known[key]
+    return np.array(first, dtype=np.int64), same_as
+
+
+def _key(batch: ProblemBatch, trial: int) -> bytes:
+    """Return what tells one trial's problem from another's."""
+    active = batch.active[trial]
+    parts = [active, *(a[trial, active] for a in (batch.angles, batch.distances))]
+    parts.append(batch.coverage_halfwidths[trial, active])
+    if batch.warm_start is not None:
+        parts.append(batch.warm_start[trial, active])
+    return b"".join(np.ascontiguousarray(part).tobytes() for part in parts)
+
+
+def sound_trials(batch: ProblemBatch) -> BoolArray:
+    """Return the trials that can be designed together: values in range and grids of common size.
+
+    The ranges are those of `BeamProblem`, which says in words what is wrong with the others.
+    """
+    scalars = np.array([batch.power, batch.noise, batch.alpha0, batch.spacing, batch.resolution])
+    if not np.all(np.isfinite(scalars) & (scalars > 0.0)) or batch.n_tx < LEAST_ANTENNAS:
+        return np.zeros(len(batch), dtype=bool)
+    halfwidths, distances = batch.coverage_halfwidths, batch.distances
+    good = np.isfinite(batch.angles) & np.isfinite(distances) & (distances > 0.0)
+    good &= (halfwidths >= 0.0) & (halfwidths <= np.pi / 2)
+    for each in (batch.ripple, batch.min_rate):
+        good &= np.isfinite(each) & (each >= 0.0)
+    narrow = np.where(good, halfwidths, 0.0)
+    good &= 2.0 * coverage_steps(narrow, batch.resolution) + 1.0 <= MOST_POINTS
+    sound: BoolArray = np.all(good | ~batch.active, axis=-1)
+    return sound
