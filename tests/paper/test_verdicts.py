@@ -40,6 +40,7 @@ def test_near_wants_the_value_near_and_the_sign_sure(ours, expected):
     [
         ([(2, 1, 3), (5, 4, 6)], "reproduced"),
         ([(2, 1, 3), (5, -4, 16)], "in part"),
+        ([(2, -1, 3), (5, -4, 16)], "in part"),
         ([(2, -1, 3), (-5, -6, -4)], "not reproduced"),
         ([(0, 0, 0)], "not reproduced"),
         ([(np.nan, np.nan, np.nan)], "not reproduced"),

@@ -48,9 +48,9 @@ def objects(scenario: Scenario) -> str:
     ).replace("-", "−")
 
 
-def titled(drawing: Drawing, first: str, *rest: str) -> None:
-    """Give a drawing its title: what it shows and where, and below it what the marks mean."""
-    drawing.suptitle("\n".join((first, *rest)))
+def titled(drawing: Drawing, what: str, setting: str, marks: str = "") -> None:
+    """Give a drawing its title: what it shows, in which setting, and what the marks mean."""
+    drawing.suptitle("\n".join(line for line in (what, setting, marks) if line))
 
 
 def curve(

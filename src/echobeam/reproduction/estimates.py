@@ -76,10 +76,16 @@ def quantile_ratio(above: Array, below: Array, share: float) -> Estimate:
 def rms_with_band(error: Array) -> tuple[Array, Array]:
     """Return root mean square over trials ``(trial, ...)`` and its 95 % band ``(..., 2)``.
 
-    The band is that of the mean square (Student's t), taken to the root.
+    The band is the percentile bootstrap's, with the same draws every time.
     """
-    square, interval = mean_interval(error**2)
-    return np.sqrt(square), np.sqrt(np.maximum(interval, 0.0))
+    square = error**2
+    trials = len(square)
+    weights = np.random.default_rng(_SEED).multinomial(
+        trials, np.full(trials, 1.0 / trials), RESAMPLES
+    )
+    drawn = np.sqrt(np.tensordot(weights / trials, square, axes=1))
+    band = np.quantile(drawn, [0.025, 0.975], axis=0)
+    return np.sqrt(square.mean(axis=0)), np.moveaxis(band, 0, -1)
 
 
 def proportion(hits: BoolArray) -> Estimate:

@@ -78,7 +78,7 @@ def draw(results: Results) -> Picture:
     outcome = results[single().name]
     draw_as.titled(
         figure,
-        "Angle tracking, proposed against pilot scheme: "
+        "Angle tracking, proposed against pilot scheme",
         f"{draw_as.flight(outcome.scenario, antennas=False)}; {draw_as.objects(outcome.scenario)}",
         f"{outcome.point.trials} trials; estimates: medians with 5–95 % bands; errors: 95 % bands",
     )

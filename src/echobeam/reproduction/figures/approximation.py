@@ -72,8 +72,8 @@ def draw(results: Results) -> Picture:
         lower.set_xlabel(f"Slot ({1e3 * setting.frame.slot:g} ms each)")
     draw_as.titled(
         figure,
-        "The evolution model's approximation, open loop over "
-        f"{setting.n_slots} slots: {draw_as.flight(setting, antennas=False)} (level, towards −x); "
+        f"The evolution model's approximation, open loop over {setting.n_slots} slots",
+        f"{draw_as.flight(setting, antennas=False)} (level, towards −x); "
         f"{draw_as.objects(setting)}",
     )
     style.add_legend(figure, handles)

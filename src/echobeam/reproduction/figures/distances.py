@@ -53,8 +53,8 @@ def draw(results: Results) -> Picture:
         axes.set_ylabel("Distance RMSE (m)" if k == 0 else "")
     draw_as.titled(
         figure,
-        "Distance tracking of the proposed scheme over the number of antennas: "
-        f"{draw_as.flight(outcome.scenario, antennas=False)}",
+        "Distance tracking of the proposed scheme over the number of antennas",
+        draw_as.flight(outcome.scenario, antennas=False),
         f"RMSE over {outcome.point.trials} trials with 95 % bands; shaded: omni slot",
     )
     style.add_legend(figure, handles)

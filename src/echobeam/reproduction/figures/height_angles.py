@@ -58,7 +58,7 @@ def draw(results: Results) -> Picture:
     outcome = results[height(SHOWN[0]).name]
     draw_as.titled(
         figure,
-        "Angle tracking of the proposed scheme and of water-filling: "
+        "Angle tracking of the proposed scheme and of water-filling over the height",
         f"{draw_as.flight(outcome.scenario, height=False)}; {draw_as.objects(outcome.scenario)}",
         f"{outcome.point.trials} trials: RMSE with 95 % bands (thick) and 95 % quantiles of the "
         "error's size (thin)",

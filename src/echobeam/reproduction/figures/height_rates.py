@@ -53,12 +53,13 @@ def draw(results: Results) -> Picture:
     handles: list[Line2D] = []
     for axes, metres in zip(panels.flat, SHOWN, strict=False):
         handles = _draw_height(axes, results, metres)
-        axes.set_ylim(0, 4.6)
+    for axes in panels.flat[:3]:
+        axes.set_ylim(0, panels[0, 0].get_ylim()[1])
     _draw_heights(panels[1, 1], results)
     outcome = results[height(SHOWN[0]).name]
     draw_as.titled(
         figure,
-        "Rates of the proposed scheme and of water-filling: "
+        "Rates of the proposed scheme and of water-filling over the height",
         f"{draw_as.flight(outcome.scenario, height=False)}; {draw_as.objects(outcome.scenario)}",
         f"{outcome.point.trials} trials: means (thick) and 5 % quantiles (thin) with 95 % bands",
     )
@@ -92,8 +93,8 @@ def _draw_heights(axes: Axes, results: Results) -> None:
         ends = np.array([(one.low, one.high) for one in tails])
         draw_as.curve(axes, HEIGHTS, np.array([one.value for one in tails]), ends, thin, scheme)
     axes.set(xticks=HEIGHTS, xlabel="Height $h$ (m)", ylim=(0, None))
-    axes.set_title("mean of the frame (lines) and its 5 % quantile (dots)")
-    axes.set_ylabel(f"Frame's mean rate ({draw_as.RATE_UNIT})")
+    axes.set_title("frame's mean rate: mean (lines), 5 % quantile (dots)")
+    axes.set_ylabel(f"Rate ({draw_as.RATE_UNIT})")
 
 
 FIGURE = Figure(

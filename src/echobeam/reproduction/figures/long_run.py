@@ -69,8 +69,8 @@ def draw(results: Results) -> Picture:
     right.set_ylabel(f"Throughput of a frame ({draw_as.RATE_UNIT})")
     draw_as.titled(
         figure,
-        f"Long-term service of two objects: {draw_as.flight(outcome.scenario)}; "
-        f"{draw_as.objects(outcome.scenario)}",
+        "Long-term service of two objects",
+        f"{draw_as.flight(outcome.scenario)}; {draw_as.objects(outcome.scenario)}",
         f"means of {outcome.point.trials} trials with 95 % bands; shaded: omni or pilot slots",
     )
     style.add_legend(figure, handles)

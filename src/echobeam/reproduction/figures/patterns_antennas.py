@@ -75,7 +75,7 @@ def draw(results: Results) -> Picture:
     right.legend(loc="upper left", fontsize="small")
     draw_as.titled(
         figure,
-        f"Beam patterns in slot {SLOT} over the number of antennas: "
+        f"Beam patterns in slot {SLOT} over the number of antennas",
         f"{draw_as.flight(outcome.scenario, antennas=False)}; {draw_as.objects(outcome.scenario)}",
         f"{outcome.point.trials} trials; left: medians with 5–95 % bands; right: means with 95 % "
         "intervals, per beam power",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from echobeam.values import Array
 
 SLOTS = (2, 3, 4, 6, 10)
-LOWEST, HIGHEST = -32.0, 18.0
+LOWEST, HIGHEST = -32.0, 26.0
 
 
 def bands(outcome: Outcome, slot: int) -> Array:
@@ -60,8 +60,8 @@ def draw(results: Results) -> Picture:
         axes.set_xlabel("Angle θ (deg)")
     draw_as.titled(
         figure,
-        f"Beam patterns over the slots of a frame: {draw_as.flight(outcome.scenario)}; "
-        f"{draw_as.objects(outcome.scenario)}",
+        "Beam patterns over the slots of a frame",
+        f"{draw_as.flight(outcome.scenario)}; {draw_as.objects(outcome.scenario)}",
         f"medians over {outcome.point.trials} trials with 5–95 % bands; vertical lines: true "
         "angles; an upright array repeats every lobe at 180° − θ",
     )

@@ -69,7 +69,8 @@ def draw(results: Results) -> Picture:
     trials = outcome.point.trials
     draw_as.titled(
         figure,
-        f"Rate per slot, proposed against pilot scheme: {draw_as.flight(outcome.scenario)}",
+        "Rate per slot, proposed against pilot scheme",
+        draw_as.flight(outcome.scenario),
         f"means of {trials} trials with 95 % bands; shaded: omni or pilot slot",
     )
     style.add_legend(figure, handles)

@@ -67,13 +67,13 @@ def draw(results: Results) -> Picture:
         axes.set_title(title)
         axes.set_xlabel("Angular resolution (deg)")
         axes.legend(loc="lower left")
-        axes.set_ylim(bottom=0)
+    axes_pair[0].set_ylim(bottom=0)
     axes_pair[0].set_ylabel(f"Mean rate of the frame ({draw_as.RATE_UNIT})")
     outcome = results[resolution(30, 90, RESOLUTIONS[0]).name]
     flight = draw_as.flight(outcome.scenario, height=False, antennas=False)
     draw_as.titled(
         figure,
-        "Mean rate of the proposed scheme against the step of the covered grid: "
+        "Mean rate of the proposed scheme against the angular resolution of the covered grid",
         f"{flight}; {draw_as.objects(outcome.scenario)}",
         f"means of {outcome.point.trials} trials with 95 % bands",
     )

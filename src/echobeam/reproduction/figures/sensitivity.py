@@ -88,7 +88,8 @@ def draw(results: Results) -> Picture:
     outcome = results[single().name]
     draw_as.titled(
         figure,
-        f"Sensitivity of the headline improvements: {draw_as.flight(outcome.scenario)}",
+        "Sensitivity of the headline improvements to what the paper does not give",
+        draw_as.flight(outcome.scenario),
         "one value changed at a time; 95 % intervals; dashed: the paper's value, shaded: within "
         "20 % of it",
     )

@@ -73,8 +73,8 @@ def draw(results: Results) -> Picture:
     _draw_errors(figure.add_subplot(grid[1, 1], sharex=upper), outcome)
     draw_as.titled(
         figure,
-        f"Trajectories and their prediction: {draw_as.flight(outcome.scenario)}; "
-        f"{draw_as.objects(outcome.scenario)}",
+        "Trajectories and their prediction",
+        f"{draw_as.flight(outcome.scenario)}; {draw_as.objects(outcome.scenario)}",
         f"left and above: one trial; below: {outcome.point.trials} trials, medians with 5–95 % "
         "bands; arrows: direction of movement",
     )
@@ -93,9 +93,10 @@ def _draw_scene(axes: Axes, outcome: Outcome) -> None:
         axes.plot(*sight.T, color="0.7", linewidth=0.6, linestyle=":", zorder=1)
         _path(axes, true[:, k], colour, f"object {k + 1}", (0, -12))
         axes.plot(*predicted[::4, k].T, color="0.25", marker="x", linestyle="", zorder=4)
-    axes.set(xlabel="Position along the road (m)", ylabel="Height (m)", ylim=(-14, None))
-    axes.margins(0.12)
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set(
+        xlabel="Position along the road (m)", ylabel="Height (m)", xlim=(-62, 98), ylim=(-22, 92)
+    )
+    axes.set_aspect("equal")
 
 
 def _path(axes: Axes, path: Array, colour: str, name: str, away: tuple[float, float]) -> None:
