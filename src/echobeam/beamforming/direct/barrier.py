@@ -136,8 +136,7 @@ def step(shapes: Shapes, weight: Array, last: float) -> None:
     mu = shapes.barrier
     bend = np.concatenate([shapes.high - shapes.low, weight])
     stiff_low, stiff_high = shapes.low / below, shapes.high / above
-    narrowing = shapes.target - shapes.ripple
-    lost = narrowing * power
+    lost = (shapes.target - shapes.ripple) * power
     aim_low, aim_high = mu / below - stiff_low * lost, mu / above - stiff_high * lost
     slope = np.concatenate([aim_high - aim_low, weight])
     spread = 1.0 - shapes.ripple * np.sum(aim_low + aim_high, axis=0)
@@ -162,13 +161,18 @@ def step(shapes: Shapes, weight: Array, last: float) -> None:
     inclination = -np.einsum("cns,cns->s", right, ahead)
     length = _search(shapes, weight, (ahead, bent, moved, bowed), inclination, (below, above))
     _move_multipliers(shapes, ahead, moved, below, above, lost)
-    shapes.coordinates = z + length * ahead + length**2 * bent
-    shapes.response = f + length * moved + length**2 * bowed
+    # To the last digit where the search has been, so that what was feasible there is so here.
+    shapes.coordinates = z + length * (ahead + length * bent)
+    shapes.response = f + length * (moved + length * bowed)
     eased = shapes.shift * np.where(length >= 1.0, EASE_FAST, EASE)
     tightened = np.maximum(TIGHTEN * shapes.shift, LEAST_SHIFT)
     shapes.shift = np.where(length < SHORT, tightened, np.where(eased < NO_SHIFT, 0.0, eased))
-    shapes.ripple = np.where(length < 1.0, shapes.ripple + length * narrowing, shapes.target)
+    shapes.ripple = _narrowed(shapes.ripple, shapes.target, length)
     _trust_multipliers(shapes)
+
+
+def _narrowed(ripple: Array, target: Array, reach: Array) -> Array:
+    return np.where(reach < 1.0, ripple + reach * (target - ripple), target)
 
 
 def _responses(rows: Array, coordinates: Array) -> Array:
@@ -196,7 +200,7 @@ def _lower_barrier(shapes: Shapes, weight: Array, below: Array, above: Array, la
     mu = shapes.barrier
     slope = np.concatenate([shapes.high - shapes.low, weight])
     spread = 1.0 - shapes.ripple * np.sum(shapes.low + shapes.high, axis=0)
-    gradient = np.max(np.abs(_pull(shapes, slope, spread)), axis=(0, 1))
+    gradient = np.max(np.abs(_pull(shapes, slope, spread)), axis=(0, 1), initial=0.0)
     gap = np.maximum(
         np.max(np.abs(shapes.low * below - mu), axis=0),
         np.max(np.abs(shapes.high * above - mu), axis=0),
@@ -268,7 +272,7 @@ def _search(
     base = _merit(z, f[m:], below * above, weight, shapes.barrier)
     length = np.ones(inclination.size)
     left = np.arange(length.size)
-    narrowing = shapes.target - shapes.ripple
+    narrowing = shapes.ripple > shapes.target
     for _ in range(MOST_BACKTRACKS):
         every = left.size == length.size
         pick = slice(None) if every else left
@@ -276,7 +280,7 @@ def _search(
         ahead, bent, moved, bowed = (array[..., pick] for array in arc)
         at = z[..., pick] + reach * (ahead + reach * bent)
         heard = f[..., pick] + reach * (moved + reach * bowed)
-        ripple = shapes.ripple[pick] + reach * narrowing[pick]
+        ripple = _narrowed(shapes.ripple[pick], shapes.target[pick], reach)
         low, high = slacks(heard[:m], ripple, 1.0 + np.einsum("cns,cns->s", at, at))
         inside = np.all(low > (1.0 - TO_BOUNDARY) * below[:, pick], axis=0)
         inside &= np.all(high > (1.0 - TO_BOUNDARY) * above[:, pick], axis=0)
@@ -285,7 +289,7 @@ def _search(
         lower = value <= start + DECREASE * reach * inclination[pick] + ROUNDING * (
             1.0 + np.abs(start)
         )
-        bad = ~(inside & (lower | (narrowing[pick] < 0.0)))
+        bad = ~(inside & (lower | narrowing[pick]))
         if not bad.any():
             return length
         left = left[bad]

@@ -129,6 +129,10 @@ def beam_set(phases: Array, mask: BoolArray, n_tx: int, ripple: Array, nodes: in
     vectors = unit_steering(span, n_tx)
     basis, upper = np.linalg.qr(np.swapaxes(vectors, 1, 2))
     basis[:, :, 0] *= np.sign(upper[:, 0, 0])[:, np.newaxis]
+    if (
+        n_tx == 1
+    ):  # No other direction exists; an idle coordinate keeps the shapes from being empty.
+        basis = np.concatenate([basis, np.zeros_like(basis)], axis=2)
     return BeamSet(
         basis=basis,
         phases=phases,

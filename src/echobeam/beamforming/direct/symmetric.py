@@ -47,7 +47,7 @@ def factor(matrix: Array) -> tuple[Array, Array]:
 
 def positive_definite(upper: Array) -> BoolArray:
     """Tell ``(S,)`` which factored matrices are positive definite."""
-    definite: BoolArray = np.min(np.einsum("iis->is", upper), axis=0) > LEAST_PIVOT
+    definite: BoolArray = np.min(np.einsum("iis->is", upper), axis=0, initial=np.inf) > LEAST_PIVOT
     return definite
 
 

@@ -134,11 +134,27 @@ def _floors(
     threshold: Array, power: Array, leak: Array, loss: Array
 ) -> tuple[Array, Array, BoolArray]:
     """Return the least lambda, how it grows with the surplus, and whether it can be paid."""
-    spread: Array = np.linalg.inv(np.eye(power.shape[1]) - threshold[:, :, np.newaxis] * leak)
+    spread, bounded = _inverse(np.eye(power.shape[1]) - threshold[:, :, np.newaxis] * leak)
     base = _times(spread, threshold * power)
-    bounded = np.all(spread >= 0.0, axis=(1, 2))
     met: BoolArray = bounded & (np.sum(loss * base, axis=1) < 1.0)
     return base, spread, met
+
+
+def _inverse(matrix: Array) -> tuple[Array, BoolArray]:
+    """Return inverses of ``(T, K, K)`` matrices 1 - A, A >= 0, and which have A's radius below 1.
+
+    They have if all pivots of elimination are positive (M-matrices), which then needs no pivoting.
+    """
+    size = matrix.shape[1]
+    work = np.concatenate([matrix, np.broadcast_to(np.eye(size), matrix.shape)], axis=2)
+    positive = np.ones(matrix.shape[0], dtype=bool)
+    for row in range(size):
+        pivot = work[:, row, row]
+        positive &= pivot > 0.0
+        line = work[:, row] / np.where(pivot > 0.0, pivot, 1.0)[:, np.newaxis]
+        work -= work[:, :, row, np.newaxis] * line[:, np.newaxis]
+        work[:, row] = line
+    return work[:, :, size:], positive
 
 
 def _share_shortage(uplink: Uplink, short: IntArray, power: Array, leak: Array) -> None:
