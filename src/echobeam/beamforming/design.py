@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -26,11 +27,16 @@ SOLVERS = {
 }
 """Where each method's ``solve(problem) -> Proposal`` lives; imported when first used."""
 
+GAP = 1e-4
+"""Relative gap that is proved unless another one is asked for."""
+
 MOST_NUMBERS = 2e7
 """Largest number of values of all coverage grids' steering vectors that is taken on."""
 
 
-def design_beams(problem: BeamProblem, method: str = "fast") -> BeamAnswer:
+def design_beams(
+    problem: BeamProblem, method: str = "fast", certify: bool = False, gap: float = GAP
+) -> BeamAnswer:
     """Design the beams of one slot, problem (38).
 
     Parameters
@@ -41,6 +47,12 @@ def design_beams(problem: BeamProblem, method: str = "fast") -> BeamAnswer:
         ``"fast"``: the direct solver on rank-one beams, and ``"sdp"`` where that fails. ``"sdp"``:
         the reduced relaxation and a rank-one beam from it. ``"reference"``: the paper's
         SDR + SCA + IRM through CVXPY.
+    certify
+        Prove how good the beams are by branch and bound, or find better ones. This takes longer,
+        and ends with the gap that it has when boxes or time run out; the message says so. An
+        answer that is a fallback keeps the bound that it has.
+    gap
+        Relative gap to prove.
 
     Returns
     -------
@@ -50,15 +62,21 @@ def design_beams(problem: BeamProblem, method: str = "fast") -> BeamAnswer:
     Raises
     ------
     ProblemError
-        If there is no such method, or the coverage grid would not fit into memory.
+        If there is no such method, the coverage grid would not fit into memory, or the gap is
+        not positive.
     ImportError
         If ``"reference"`` is asked for and CVXPY is not installed.
     """
     _check_method(method)
     _check_size(problem)
+    if not gap > 0.0:
+        raise ProblemError(f"gap must be positive, not {gap!r}")
     begun = time.perf_counter()
     proposal = _nothing(problem) if problem.n_objects == 0 else _solver(method)(problem)
-    return _judged(problem, proposal, begun)
+    answer = _judged(problem, proposal, begun)
+    if certify and problem.n_objects > 0 and answer.status == "optimal":
+        answer = _certified(problem, answer, gap, begun)
+    return answer
 
 
 def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
@@ -152,6 +170,23 @@ def _solver(method: str) -> Any:
 def _nothing(problem: BeamProblem) -> Proposal:
     beams: ComplexArray = np.zeros((0, problem.n_tx), dtype=complex)
     return Proposal(beams, proof=Proof(0.0), status="optimal", message="", iterations=0)
+
+
+def _certified(problem: BeamProblem, answer: BeamAnswer, gap: float, begun: float) -> BeamAnswer:
+    """Return the answer with the bound of branch and bound, and better beams if that found some."""
+    from echobeam.beamforming.branch import certify
+
+    found = certify(problem, answer.beams, answer.objective, gap)
+    if found.beams is not None:
+        better = Proposal(found.beams, Proof(found.bound), "optimal", "", answer.iterations)
+        judged = _judged(problem, better, begun)
+        if judged.status == "optimal" and judged.objective > answer.objective:
+            answer = judged
+    answer = replace(answer, proof=Proof(found.bound), seconds=time.perf_counter() - begun)
+    if answer.gap <= gap:
+        return answer
+    short = f"a gap of {gap:.3g} was not reached; it is {answer.gap:.3g} after {found.boxes} boxes"
+    return replace(answer, message="; ".join(filter(None, [answer.message, short])))
 
 
 def _judged(problem: BeamProblem, proposal: Proposal, begun: float) -> BeamAnswer:
