@@ -18,6 +18,7 @@ COMMANDS = {
     "plot": "Draw a result.",
     "sweep": "Run a grid of scenarios.",
     "beam": "Design the beams of one slot from a JSON problem.",
+    "bench": "Time the slot decision of every method on the same problems.",
     "reproduce": "Reproduce the paper's figures and judge its claims.",
 }
 """Every command and what it does; each lives in the module of its name."""

@@ -1,0 +1,121 @@
+"""Problems from real runs: what the temporal scheme asked its solver for, slot by slot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cache
+
+import numpy as np
+
+from echobeam.beamforming.problem import ProblemBatch
+from echobeam.benchmarking.problems import CaseProblems
+from echobeam.scenario.load import load_scenario
+from echobeam.schemes.base import Decision, View
+from echobeam.schemes.coverage_design import coverage_halfwidth
+from echobeam.schemes.temporal import Temporal
+from echobeam.simulation.blocks import world_of
+from echobeam.simulation.loop import run_slots
+from echobeam.simulation.motion import plan_motion
+from echobeam.values import ComplexArray, GaussianState
+
+TRIALS = 64
+SEED = 0
+
+FIRST = 2
+"""The slot of a frame after the omnidirectional one: the first with beams, and with wide cover."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """One slot of a block of trials: its problems and the beams that the scheme sent.
+
+    Attributes
+    ----------
+    slot_in_frame
+        Counted from 1.
+    batch
+        The problems, with the warm start that the scheme gave.
+    beams
+        ``(T, K, n_tx)``.
+    """
+
+    slot_in_frame: int
+    batch: ProblemBatch
+    beams: ComplexArray
+
+
+@dataclass(frozen=True)
+class Watched(Temporal):
+    """The temporal scheme, which notes what it asks for."""
+
+    asked: list[Asked] = field(default_factory=list)
+
+    def beamform(self, prior: GaussianState, view: View) -> Decision:
+        """Return the temporal scheme's decision."""
+        decision = super().beamform(prior, view)
+        batch = _problems(prior, view)
+        if view.slot_in_frame > FIRST:
+            batch = replace(batch, warm_start=np.asarray(view.memory, dtype=complex))
+        self.asked.append(Asked(view.slot_in_frame, batch, decision.beams))
+        return decision
+
+
+@cache
+def asked_in(scenario: str, n_trials: int = TRIALS) -> tuple[Asked, ...]:
+    """Return what the temporal scheme asked for in a run of a built-in scenario."""
+    loaded, trials = load_scenario(scenario), range(n_trials)
+    scheme = Watched()
+    for _ in run_slots(
+        loaded, scheme, world_of(loaded, SEED, trials, plan_motion(loaded, SEED, trials))
+    ):
+        pass
+    return tuple(scheme.asked)
+
+
+def first_slots(scenario: str) -> CaseProblems:
+    """Return the problems of first slots after an omnidirectional one."""
+    asked = [slot for slot in asked_in(scenario) if slot.slot_in_frame == FIRST]
+    return _joined(asked)
+
+
+def later_slots(scenario: str) -> CaseProblems:
+    """Return the problems of all other slots, shuffled, with the beams of the slots before."""
+    return _joined([slot for slot in asked_in(scenario) if slot.slot_in_frame > FIRST])
+
+
+def _joined(asked: list[Asked]) -> CaseProblems:
+    """Return several slots' problems as one batch; shuffled, so that any part stands for all."""
+    batches = [slot.batch for slot in asked]
+    joined = replace(
+        batches[0],
+        warm_start=None,
+        angles=np.concatenate([batch.angles for batch in batches]),
+        distances=np.concatenate([batch.distances for batch in batches]),
+        coverage_halfwidths=np.concatenate([batch.coverage_halfwidths for batch in batches]),
+        active=np.concatenate([batch.active for batch in batches]),
+    )
+    order = np.random.default_rng(SEED).permutation(len(joined))
+    starts = [batch.warm_start for batch in batches if batch.warm_start is not None]
+    warm = np.concatenate(starts)[order] if len(starts) == len(batches) else None
+    return CaseProblems(joined.taken(order), warm_start=warm)
+
+
+def _problems(prior: GaussianState, view: View) -> ProblemBatch:
+    """Return problem (38) of a belief, as `schemes.coverage_design` states it."""
+    system, n_objects = view.system, prior.known.shape[-1]
+    halfwidth = coverage_halfwidth(prior, view)
+    return ProblemBatch(
+        angles=prior.mean[..., 0],
+        distances=prior.mean[..., 1],
+        coverage_halfwidths=halfwidth,
+        active=prior.known & np.isfinite(halfwidth),
+        ripple=np.full(n_objects, system.ripple),
+        min_rate=np.full(n_objects, system.coverage.min_rate),
+        power=system.radio.power,
+        noise=system.radio.noise,
+        n_tx=system.array.n_tx,
+        alpha0=system.radio.alpha0,
+        spacing=system.array.spacing,
+        axis=system.array.axis,
+        resolution=system.coverage.resolution,
+    )
