@@ -25,12 +25,12 @@ def with_bound(result: xr.Dataset, scenario: Scenario) -> xr.Dataset:
 
     It holds standard deviations in rad, m and m/s: NaN before the measurements determine the
     state, and for a scheme that predicts nothing (a held estimate is biased, and the bound is not
-    for it). A result whose objects come and go is returned as it is: there the recursion would have
-    to begin anew with every object.
+    for it). A result of a trace is returned as it is: its objects come and go, and the recursion
+    would have to begin anew with every one.
     """
-    part = result[["truth", "present", "measured_var"]].isel(trial=slice(0, MOST_TRIALS)).load()
-    if part.sizes["object"] == 0 or not part["present"].values.all():
+    if scenario.trace is not None or result.sizes["object"] == 0:
         return result
+    part = result[["truth", "measured_var"]].isel(trial=slice(0, MOST_TRIALS)).load()
     predicts = np.isfinite(result["predicted"].isel(trial=0).values).any(axis=(1, 2, 3))
     bounds = np.stack(
         [
