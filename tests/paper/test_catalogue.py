@@ -48,7 +48,7 @@ def test_setups_of_one_name_are_one_setup():
 
 
 @pytest.mark.parametrize("base", ["multi", "single"])
-def test_a_variation_changes_one_value_of_the_default(base):
+def test_a_variation_changes_what_it_says_and_nothing_else(base):
     default = {"multi": multi(), "single": single()}[base].scenario().model_dump()
     for variation in (one for one in VARIATIONS if base in one.bases):
         changed = varied(base, variation).scenario().model_dump()
@@ -59,11 +59,11 @@ def test_a_variation_changes_one_value_of_the_default(base):
             for key, value in values.items()
             if changed[table][key] != value
         ]
-        assert different == [key for key, _ in variation.overrides]
+        assert set(different) == {key for key, _ in variation.overrides}
 
 
 def test_arrays_of_another_size_keep_the_ripple_in_proportion():
-    for n in (20, 40):
+    for n in (40, 50):
         scenario = multi(n).scenario()
         assert (scenario.array.n_tx, scenario.array.n_rx) == (n, n)
         assert scenario.ripple == pytest.approx(0.1 * n)

@@ -9,7 +9,10 @@ from echobeam.scenario.model import Scenario
 from echobeam.sweeps.points import Point
 
 ANTENNAS = (20, 30, 40)
-"""Sizes of the arrays that figures compare; the paper's 30 lies in the middle."""
+"""Sizes of the arrays that serve one object; the paper's 30 lies in the middle."""
+
+ANTENNAS_FOR_TWO = (30, 40, 50)
+"""Sizes of the arrays that serve two: smaller ones cannot keep the floor of 4e-4."""
 
 HEIGHTS = (95, 100, 105, 110, 115, 120)
 """Heights of the comparison with water-filling, m; the paper draws 100, 105 and 110."""
@@ -115,7 +118,7 @@ def resolution(n: int, metres: int, degrees: float) -> Setup:
 
 @dataclass(frozen=True, slots=True)
 class Variation:
-    """One value changed from the default reading, for the headline scenarios named."""
+    """One reading changed from the default reading, for the headline scenarios named."""
 
     label: str
     overrides: Overrides = ()
@@ -123,10 +126,17 @@ class Variation:
     bases: tuple[str, ...] = ("multi", "single")
 
 
+def _power(power: float, floor: float | None = None) -> Variation:
+    """Return another P_T; where there is a floor it keeps its proportion to the power."""
+    if floor is None:
+        return Variation(f"P_T = {power:g}", (("radio.power", power),), bases=("single",))
+    overrides = (("radio.power", power), ("coverage.min_rate", floor))
+    return Variation(f"P_T = {power:g}, min_rate {floor:g}", overrides, bases=("multi",))
+
+
 VARIATIONS = (
-    Variation("P_T = 0.5", (("radio.power", 0.5),)),
-    Variation("P_T = 2", (("radio.power", 2.0),)),
-    Variation("P_T = 10", (("radio.power", 10.0),)),
+    *(_power(0.5), _power(2.0), _power(10.0)),
+    *(_power(0.5, 2e-4), _power(2.0, 8e-4), _power(10.0, 4e-3)),
     Variation("ripple 1", (("coverage.ripple", 1.0),)),
     Variation("ripple 5", (("coverage.ripple", 5.0),)),
     Variation("min_rate 0", (("coverage.min_rate", 0.0),), bases=("multi",)),
@@ -134,7 +144,7 @@ VARIATIONS = (
     Variation("pilot held on a needle beam", against="pilot-needle"),
     Variation("exact CRB", (("radar.crb", "exact"),)),
 )
-"""One value at a time around P_T = 1, ripple 3, min_rate 4e-4, held coverage beam, paper's CRB."""
+"""One reading at a time around the default: P_T = 1, ripple 3, floor 4e-4, paper's CRB."""
 
 
 def varied(base: str, variation: Variation) -> Setup:

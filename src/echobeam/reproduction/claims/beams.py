@@ -13,7 +13,7 @@ from echobeam.reproduction.patterns import gains, half_power_width, matched_widt
 from echobeam.reproduction.records import Claim, Measured
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.rules import all_above
-from echobeam.reproduction.setups import ANTENNAS, CALIBRATED, multi
+from echobeam.reproduction.setups import ANTENNAS_FOR_TWO, CALIBRATED, multi
 from echobeam.values import Array
 
 NEAR, FAR = 0, 1
@@ -72,11 +72,11 @@ def floor_kept(results: Results) -> Measured:
 
 def array_gain(results: Results) -> Measured:
     """Measure how the pattern's maximum in slot 2 grows with the arrays, per cent."""
-    tops = {n: total(results, n).max(axis=-1) for n in ANTENNAS}
-    pairs = [(ANTENNAS[0], ANTENNAS[-1]), *pairwise(ANTENNAS)]
+    tops = {n: total(results, n).max(axis=-1) for n in ANTENNAS_FOR_TWO}
+    pairs = [(ANTENNAS_FOR_TWO[0], ANTENNAS_FOR_TWO[-1]), *pairwise(ANTENNAS_FOR_TWO)]
     return Measured(
         {
-            f"{less} to {more}": ratio(tops[more], tops[less]).scaled(100, -100)
+            f"{less} to {more} antennas": ratio(tops[more], tops[less]).scaled(100, -100)
             for less, more in pairs
         },
         "%",

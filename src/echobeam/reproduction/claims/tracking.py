@@ -11,7 +11,7 @@ from echobeam.reproduction.figures.trajectories import errors
 from echobeam.reproduction.records import Claim, Estimate, Measured
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.rules import all_above, all_below
-from echobeam.reproduction.setups import ANTENNAS, multi, single, trajectory
+from echobeam.reproduction.setups import ANTENNAS, ANTENNAS_FOR_TWO, multi, single, trajectory
 from echobeam.values import Array
 
 FEW, MANY = ANTENNAS[0], ANTENNAS[-1]
@@ -76,7 +76,7 @@ def distance_in_time(results: Results) -> Measured:
     return Measured(
         {
             _antennas(n): _percent(_distance(results, n, 10), _distance(results, n, 1)).negated()
-            for n in ANTENNAS
+            for n in ANTENNAS_FOR_TWO
         },
         "%",
     )
@@ -84,12 +84,13 @@ def distance_in_time(results: Results) -> Measured:
 
 def distance_in_antennas(results: Results) -> Measured:
     """Measure how the distance error in slot 10 falls from one array to the next larger."""
+    ends = (ANTENNAS_FOR_TWO[0], ANTENNAS_FOR_TWO[-1])
     return Measured(
         {
-            f"{less} to {more}": _percent(
+            f"{less} to {more} antennas": _percent(
                 _distance(results, more, 10), _distance(results, less, 10)
             ).negated()
-            for less, more in ((FEW, MANY), *pairwise(ANTENNAS))
+            for less, more in (ends, *pairwise(ANTENNAS_FOR_TWO))
         },
         "%",
     )

@@ -9,7 +9,7 @@ from echobeam.reproduction import drawing as draw_as
 from echobeam.reproduction.estimates import rms_with_band
 from echobeam.reproduction.records import Figure, Picture
 from echobeam.reproduction.results import Results
-from echobeam.reproduction.setups import ANTENNAS, multi
+from echobeam.reproduction.setups import ANTENNAS_FOR_TWO, multi
 from echobeam.reproduction.tables import Table
 from echobeam.values import Array
 
@@ -25,7 +25,7 @@ def rmse(results: Results, n: int, k: int) -> tuple[Array, Array]:
 def tabulate(results: Results) -> Table:
     """Return the errors of every array, object and slot."""
     rows: list[tuple[int | float, ...]] = []
-    for n in ANTENNAS:
+    for n in ANTENNAS_FOR_TWO:
         for k in range(2):
             error, band = rmse(results, n, k)
             rows += [(n, k + 1, i + 1, float(error[i]), *map(float, band[i])) for i in range(10)]
@@ -41,7 +41,7 @@ def draw(results: Results) -> Picture:
     handles: list[Line2D] = []
     for k, axes in enumerate(figure.subplots(1, 2, sharey=True)):
         handles = []
-        for n, look in zip(ANTENNAS, draw_as.LOOKS, strict=False):
+        for n, look in zip(ANTENNAS_FOR_TWO, draw_as.LOOKS, strict=False):
             error, band = rmse(results, n, k)
             slots = range(1, len(error) + 1)
             label = f"$N_t$ = $N_r$ = {n}"
@@ -64,6 +64,6 @@ def draw(results: Results) -> Picture:
 FIGURE = Figure(
     "t4",
     "distance error over the slots for several arrays, two objects",
-    tuple(multi(n) for n in ANTENNAS),
+    tuple(multi(n) for n in ANTENNAS_FOR_TWO),
     draw,
 )

@@ -9,7 +9,7 @@ from echobeam.reproduction import drawing as draw_as
 from echobeam.reproduction.patterns import GRID, decibels, gain_at_truth, gains
 from echobeam.reproduction.records import Figure, Picture
 from echobeam.reproduction.results import Results
-from echobeam.reproduction.setups import ANTENNAS, multi
+from echobeam.reproduction.setups import ANTENNAS_FOR_TWO, multi
 from echobeam.reproduction.tables import Table
 from echobeam.simulation.summary import mean_interval
 from echobeam.values import Array
@@ -26,7 +26,7 @@ def total(results: Results, n: int) -> Array:
 def tabulate(results: Results) -> Table:
     """Return the quantiles of the total pattern of every array."""
     rows: list[tuple[int | float, ...]] = []
-    for n in ANTENNAS:
+    for n in ANTENNAS_FOR_TWO:
         quantiles = np.quantile(total(results, n), QUANTILES, axis=0)
         rows += [
             (n, float(angle), *map(float, quantiles[:, i]))
@@ -41,7 +41,7 @@ def draw(results: Results) -> Picture:
     figure = style.new_figure(style.PAGE, 3.2)
     left, right = figure.subplots(1, 2, width_ratios=[2.2, 1])
     handles = []
-    for n, look in zip(ANTENNAS, draw_as.LOOKS, strict=False):
+    for n, look in zip(ANTENNAS_FOR_TWO, draw_as.LOOKS, strict=False):
         low, centre, high = decibels(np.quantile(total(results, n), QUANTILES, axis=0))
         degrees = np.degrees(GRID)
         left.fill_between(degrees, low, high, color=look.colour, alpha=0.12, linewidth=0)
@@ -55,11 +55,11 @@ def draw(results: Results) -> Picture:
         left.annotate(f"object {k + 1}", (theta, 15), (3, 0), textcoords="offset points")
     for k in range(2):
         for slot, filled in ((SLOT, False), (10, True)):
-            samples = [gain_at_truth(results[multi(n).name], slot)[:, k] for n in ANTENNAS]
+            samples = [gain_at_truth(results[multi(n).name], slot)[:, k] for n in ANTENNAS_FOR_TWO]
             mean, interval = mean_interval(np.stack(samples, axis=1))
             look = style.object_look(k)
             right.errorbar(
-                ANTENNAS,
+                ANTENNAS_FOR_TWO,
                 mean,
                 np.abs(interval.T - mean),
                 color=look.colour,
@@ -69,9 +69,13 @@ def draw(results: Results) -> Picture:
                 label=f"object {k + 1}, slot {slot}",
                 capsize=2,
             )
-    right.plot(ANTENNAS, ANTENNAS, color="0.6", linestyle=":", label="matched beam, $N_t$")
-    right.set(xticks=ANTENNAS, xlabel="Antennas $N_t$ = $N_r$", ylabel="Array gain at the object")
-    right.set_ylim(0, 1.45 * max(ANTENNAS))
+    right.plot(
+        ANTENNAS_FOR_TWO, ANTENNAS_FOR_TWO, color="0.6", linestyle=":", label="matched beam, $N_t$"
+    )
+    right.set(
+        xticks=ANTENNAS_FOR_TWO, xlabel="Antennas $N_t$ = $N_r$", ylabel="Array gain at the object"
+    )
+    right.set_ylim(0, 1.45 * max(ANTENNAS_FOR_TWO))
     right.legend(loc="upper left", fontsize="small")
     draw_as.titled(
         figure,
@@ -87,6 +91,6 @@ def draw(results: Results) -> Picture:
 FIGURE = Figure(
     "test2-2",
     "beam patterns of the first directional slot over the number of antennas",
-    tuple(multi(n) for n in ANTENNAS),
+    tuple(multi(n) for n in ANTENNAS_FOR_TWO),
     draw,
 )

@@ -26,7 +26,7 @@ class Entry(NamedTuple):
 
 
 def setups() -> tuple[Setup, ...]:
-    """Return the defaults and everything that differs from them in one value."""
+    """Return the defaults and everything that differs from them in one reading."""
     changed = [
         varied(base, variation)
         for base in ("multi", "single")
@@ -90,7 +90,7 @@ def draw(results: Results) -> Picture:
         figure,
         "Sensitivity of the headline improvements to what the paper does not give",
         draw_as.flight(outcome.scenario),
-        "one value changed at a time; 95 % intervals; dashed: the paper's value, shaded: within "
+        "one reading changed at a time; 95 % intervals; dashed: the paper's value, shaded: within "
         "20 % of it",
     )
     return Picture(figure, tabulate(results))
