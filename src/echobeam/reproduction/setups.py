@@ -23,6 +23,9 @@ RESOLUTIONS = (0.1, 0.2, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
 RESOLUTION_LINES = ((30, 85), (30, 90), (30, 95), (25, 90), (35, 90))
 """Antennas and height in m of the lines over the angular resolution."""
 
+RIPPLES = (0.1, 0.17)
+"""Ripples per antenna of the lines over the angular resolution; the first is the default."""
+
 CALIBRATED = (
     "P_T = 1, ripple 0.1 N_t, min_rate 4e-4 and the pilot's held coverage beam are not in the "
     "paper; they were chosen because they agree with its numbers"
@@ -67,9 +70,9 @@ class Setup:
         return Point(self.name, self.scenario(), self.schemes, count, self.keep)
 
 
-def _array(n: int) -> Overrides:
+def _array(n: int, ripple: float = RIPPLES[0]) -> Overrides:
     """Return both arrays' size, and the ripple that scales with it."""
-    return (("array.n_tx", n), ("array.n_rx", n), ("coverage.ripple", "0.1 N_t"))
+    return (("array.n_tx", n), ("array.n_rx", n), ("coverage.ripple", f"{ripple:g} N_t"))
 
 
 def multi(n: int = 30) -> Setup:
@@ -106,14 +109,15 @@ def height(metres: int) -> Setup:
     )
 
 
-def resolution(n: int, metres: int, degrees: float) -> Setup:
+def resolution(n: int, metres: int, degrees: float, ripple: float = RIPPLES[0]) -> Setup:
     """Return the single object at 60 degrees, covered on a grid of some step."""
     overrides = (
         ("uav.height", float(metres)),
-        *_array(n),
+        *_array(n, ripple),
         ("coverage.resolution", f"{degrees:g} deg"),
     )
-    return Setup(f"resolution-n{n}-h{metres}-{degrees:g}", "paper-single", ("temporal",), overrides)
+    name = f"resolution-n{n}-h{metres}-b{ripple:g}-{degrees:g}"
+    return Setup(name, "paper-single", ("temporal",), overrides)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +153,7 @@ VARIATIONS = (
 
 def varied(base: str, variation: Variation) -> Setup:
     """Return a headline scenario ("multi" or "single") with one value changed."""
-    slug = "-".join(variation.label.lower().replace("=", "").split())
+    slug = "-".join(variation.label.lower().replace("=", "").replace(",", "").split())
     return Setup(
         f"sensitivity-{base}-{slug}",
         f"paper-{base}",

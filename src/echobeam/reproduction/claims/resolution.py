@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from echobeam.reproduction.estimates import bootstrap, gain_percent
@@ -9,7 +11,7 @@ from echobeam.reproduction.figures.resolutions import frame_rate
 from echobeam.reproduction.records import Claim, Estimate, Measured
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.rules import all_above, all_below, within
-from echobeam.reproduction.setups import CALIBRATED, RESOLUTION_LINES, RESOLUTIONS
+from echobeam.reproduction.setups import CALIBRATED, RESOLUTION_LINES, RESOLUTIONS, RIPPLES
 from echobeam.values import Array
 
 SUBSTANTIAL = 5.0
@@ -25,22 +27,32 @@ def coarse_loss(results: Results) -> Measured:
     )
 
 
-def fine_loss(results: Results) -> Measured:
-    """Measure how much of the rate is lost at 1 degree with 30 antennas."""
-    return Measured({f"{h} m": _loss(results, 30, h, 1.0) for h in (85, 90, 95)}, "%")
+def fine_loss(ripple: float) -> Callable[[Results], Measured]:
+    """Return a measure of how much of the rate is lost at 1 degree with 30 antennas."""
+
+    def measure(results: Results) -> Measured:
+        return Measured({f"{h} m": _loss(results, 30, h, 1.0, ripple) for h in (85, 90, 95)}, "%")
+
+    return measure
 
 
-def onsets(results: Results) -> Measured:
-    """Measure the first resolution with a substantial loss for the largest and smallest array."""
-    return Measured({"N_t 35": _onset(results, 35), "N_t 25": _onset(results, 25)}, "deg")
+def onsets(ripple: float) -> Callable[[Results], Measured]:
+    """Return a measure of the first resolution with a substantial loss, per array."""
+
+    def measure(results: Results) -> Measured:
+        return Measured({f"N_t {n}": _onset(results, n, ripple) for n in (35, 25)}, "deg")
+
+    return measure
 
 
-def _loss(results: Results, n: int, metres: int, degrees: float) -> Estimate:
-    rates = (frame_rate(results, n, metres, one) for one in (degrees, FINEST))
+def _loss(
+    results: Results, n: int, metres: int, degrees: float, ripple: float = RIPPLES[0]
+) -> Estimate:
+    rates = (frame_rate(results, n, metres, one, ripple) for one in (degrees, FINEST))
     return gain_percent(*rates).negated()
 
 
-def _onset(results: Results, n: int) -> Estimate:
+def _onset(results: Results, n: int, ripple: float) -> Estimate:
     grid = np.array([*RESOLUTIONS, np.inf])
 
     def first(*rates: Array) -> Array:
@@ -49,7 +61,36 @@ def _onset(results: Results, n: int) -> Estimate:
         never = np.ones((*lost.shape[:-1], 1), dtype=bool)
         return np.asarray(grid[np.argmax(np.concatenate([lost, never], axis=-1), axis=-1)])
 
-    return bootstrap(first, *(frame_rate(results, n, 90, one) for one in RESOLUTIONS))
+    return bootstrap(first, *(frame_rate(results, n, 90, one, ripple) for one in RESOLUTIONS))
+
+
+def _on_ripple(ripple: float, suffix: str, reading: str) -> tuple[Claim, Claim]:
+    """Return the two claims on fine resolutions, read with one ripple."""
+    return (
+        Claim(
+            f"no-loss-to-one-degree{suffix}",
+            "aa_acr",
+            "with 30 antennas and the UAV's altitude increasing from 85 m to 95 m, there is no "
+            "substantial decline in communication performance from 0.1 to 1 degree",
+            "no substantial decline",
+            f"loss of the frame's mean rate at 1 degree against {FINEST:g}; substantial: more "
+            f"than {SUBSTANTIAL:g} %; {reading}",
+            fine_loss(ripple),
+            all_below(SUBSTANTIAL),
+        ),
+        Claim(
+            f"resolution-onset{suffix}",
+            "aa_acr",
+            "at 90 m, the decrease in communication rate becomes pronounced earlier, starting at "
+            "1 degree for 35 antennas and at 2 degrees for 25",
+            "1 deg (35 antennas), 2 deg (25 antennas)",
+            f"first resolution of {', '.join(f'{one:g}' for one in RESOLUTIONS)} degrees whose "
+            f"mean rate is more than {SUBSTANTIAL:g} % below that of {FINEST:g}, within one step "
+            f"of the paper's; {reading}",
+            onsets(ripple),
+            within({"N_t 35": (0.5, 1.5), "N_t 25": (1.5, 3.0)}, ("N_t 35", "N_t 25")),
+        ),
+    )
 
 
 CLAIMS = (
@@ -63,27 +104,11 @@ CLAIMS = (
         coarse_loss,
         all_above(0.0),
     ),
-    Claim(
-        "no-loss-to-one-degree",
-        "aa_acr",
-        "with 30 antennas and the UAV's altitude increasing from 85 m to 95 m, there is no "
-        "substantial decline in communication performance from 0.1 to 1 degree",
-        "no substantial decline",
-        f"loss of the frame's mean rate at 1 degree against {FINEST:g}; substantial: more than "
-        f"{SUBSTANTIAL:g} %; {CALIBRATED}",
-        fine_loss,
-        all_below(SUBSTANTIAL),
-    ),
-    Claim(
-        "resolution-onset",
-        "aa_acr",
-        "at 90 m, the decrease in communication rate becomes pronounced earlier, starting at 1 "
-        "degree for 35 antennas and at 2 degrees for 25",
-        "1 deg (35 antennas), 2 deg (25 antennas)",
-        f"first resolution of {', '.join(f'{one:g}' for one in RESOLUTIONS)} degrees whose mean "
-        f"rate is more than {SUBSTANTIAL:g} % below that of {FINEST:g}, within one step of the "
-        f"paper's; {CALIBRATED}",
-        onsets,
-        within({"N_t 35": (0.5, 1.5), "N_t 25": (1.5, 3.0)}, ("N_t 35", "N_t 25")),
+    *_on_ripple(RIPPLES[0], "", CALIBRATED),
+    *_on_ripple(
+        RIPPLES[1],
+        "-wider-ripple",
+        f"ripple {RIPPLES[1]:g} N_t instead of {RIPPLES[0]:g} N_t, chosen because this figure "
+        "looks more like the paper's with it; the headline improvements do not",
     ),
 )
