@@ -177,12 +177,19 @@ def test_a_gap_that_is_none_is_refused(gap: float) -> None:
         design_beams(_problem([75], 1.0), certify=True, gap=gap)
 
 
-def test_nothing_and_fallbacks_keep_the_bound_they_have() -> None:
+def test_nothing_needs_no_proof() -> None:
     nothing = design_beams(BeamProblem([], [], [], 3.0, 0.0, 1.0, 1.0, 8), certify=True)
     assert (nothing.objective, nothing.gap) == (0.0, 0.0)
-    greedy = design_beams(_problem([75, 135], 1e4, min_rate=30.0), certify=True)
-    assert greedy.status == "fallback"
-    assert greedy.upper_bound >= greedy.objective
+
+
+def test_a_fallback_is_proved_for_the_floors_that_it_keeps() -> None:
+    problem = _problem([75, 135], 1.0, min_rate=[5e-3, 1e-3])
+    plain, proved = design_beams(problem), design_beams(problem, certify=True)
+    assert plain.status == proved.status == "fallback"
+    assert proved.gap <= 1e-4
+    # Without floors more is possible: that is what the plain bound counts.
+    assert plain.upper_bound >= design_beams(_problem([75, 135], 1.0)).objective
+    assert plain.upper_bound > proved.upper_bound
 
 
 def test_the_command_line_certifies(tmp_path: Path) -> None:

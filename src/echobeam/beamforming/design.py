@@ -12,7 +12,7 @@ import numpy as np
 from echobeam.beamforming.answer import BatchAnswer, BeamAnswer
 from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.coverage import coverage_steps
-from echobeam.beamforming.fast import FEASIBLE, solve_examined
+from echobeam.beamforming.fast import FEASIBLE, short_floors, solve_examined
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
 from echobeam.beamforming.proof import Proof
@@ -49,8 +49,8 @@ def design_beams(
         SDR + SCA + IRM through CVXPY.
     certify
         Prove how good the beams are by branch and bound, or find better ones. This takes longer,
-        and ends with the gap that it has when boxes or time run out; the message says so. An
-        answer that is a fallback keeps the bound that it has.
+        and ends with the gap that it has when boxes or time run out; the message says so. For a
+        fallback the bound is on designs that keep the floors as far as its beams do.
     gap
         Relative gap to prove.
 
@@ -74,7 +74,7 @@ def design_beams(
     begun = time.perf_counter()
     proposal = _nothing(problem) if problem.n_objects == 0 else _solver(method)(problem)
     answer = _judged(problem, proposal, begun)
-    if certify and problem.n_objects > 0 and answer.status == "optimal":
+    if certify and problem.n_objects > 0 and answer.status != "infeasible":
         answer = _certified(problem, answer, gap, begun)
     return answer
 
@@ -140,6 +140,10 @@ def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> dict[int, str]
     kept = which[good]
     answer.beams[kept] = found.beams[good]
     answer.objective[kept] = found.objective[good]
+    short = np.flatnonzero(good & found.floors_infeasible)
+    answer.fallback[which[short]] = True
+    messages = short_floors(batch.taken(which), found, short)
+    answer.messages.update(zip(which[short].tolist(), messages, strict=True))
     left = sorted(set(range(len(batch))) - set(kept.tolist()))
     # The direct solver would not do better on a trial alone.
     return {trial: "sdp" if sound[trial] else "fast" for trial in left}
@@ -176,17 +180,28 @@ def _certified(problem: BeamProblem, answer: BeamAnswer, gap: float, begun: floa
     """Return the answer with the bound of branch and bound, and better beams if that found some."""
     from echobeam.beamforming.branch import certify
 
-    found = certify(problem, answer.beams, answer.objective, gap)
+    stated = problem if answer.status == "optimal" else _with_floors_met(problem, answer)
+    found = certify(stated, answer.beams, answer.objective, gap)
     if found.beams is not None:
-        better = Proposal(found.beams, Proof(found.bound), "optimal", "", answer.iterations)
-        judged = _judged(problem, better, begun)
-        if judged.status == "optimal" and judged.objective > answer.objective:
+        proposed = Proposal(
+            found.beams, Proof(found.bound), answer.status, answer.message, answer.iterations
+        )
+        judged = _judged(problem, proposed, begun)
+        keeps = violation(stated, found.beams).largest <= FEASIBLE
+        if keeps and judged.objective > answer.objective:
             answer = judged
     answer = replace(answer, proof=Proof(found.bound), seconds=time.perf_counter() - begun)
     if answer.gap <= gap:
         return answer
     short = f"a gap of {gap:.3g} was not reached; it is {answer.gap:.3g} after {found.boxes} boxes"
     return replace(answer, message="; ".join(filter(None, [answer.message, short])))
+
+
+def _with_floors_met(problem: BeamProblem, answer: BeamAnswer) -> BeamProblem:
+    """Return the problem with its floors (38e) scaled to what an answer keeps of them."""
+    asked = problem.min_rate > 0.0
+    part = np.min(answer.rates[asked] / problem.min_rate[asked], initial=1.0)
+    return replace(problem, min_rate=problem.min_rate * part)
 
 
 def _judged(problem: BeamProblem, proposal: Proposal, begun: float) -> BeamAnswer:

@@ -61,15 +61,20 @@ def fair_proposal(problem: BeamProblem, model: Model, shapes: list[Shape]) -> Pr
     """
     fair = largest_factor(model, shapes)
     scaled = replace(model, threshold=np.expm1(fair.factor * np.log1p(model.threshold)))
-    gains = np.array([shape.bound for shape in shapes])
-    unbound = interference_free_bound(gains, model.loss, 0.0 * model.threshold)
     return Proposal(
         beams=recover_beams(problem, scaled, fair.design.covariances),
-        proof=Proof(min(unbound, dirty_paper_bound(model.channels, model.loss))),
+        proof=Proof(bound_without_floors(model, shapes)),
         status="fallback",
-        message=_message(problem.min_rate, fair.factor, _alone(model, shapes), _alike(model)),
+        message=named_faults(problem.min_rate, fair.factor, _alone(model, shapes), model.channels),
         iterations=fair.design.solves + sum(shape.solves for shape in shapes),
     )
+
+
+def bound_without_floors(model: Model, shapes: list[Shape]) -> float:
+    """Return a bound on the sum rate of every design, whatever floors it misses, bit/s/Hz."""
+    gains = np.array([shape.bound for shape in shapes])
+    free = interference_free_bound(gains, model.loss, 0.0 * model.threshold)
+    return min(free, dirty_paper_bound(model.channels, model.loss))
 
 
 def largest_factor(model: Model, shapes: list[Shape]) -> Fair:
@@ -158,19 +163,20 @@ def _alone(model: Model, shapes: list[Shape]) -> Array:
     return np.asarray(np.log1p(gains / model.loss) / np.log(2.0))
 
 
-def _alike(model: Model) -> list[str]:
-    """Name the pairs of objects whose steering vectors are the same: no beam tells them apart."""
-    gram = model.channels @ model.channels.T / model.channels.shape[-1]
-    first, second = np.nonzero(np.triu(np.abs(gram) >= 1.0 - ALIKE, k=1))
-    return [
-        f"objects {i} and {k} lie in one direction for the array (same sine), "
-        "where no beams can separate them"
-        for i, k in zip(first, second, strict=True)
-    ]
+def named_faults(min_rate: Array, factor: float, alone: Array, channels: Array) -> str:
+    """Say which floors (38e) are at fault, in words.
 
-
-def _message(min_rate: Array, factor: float, alone: Array, alike: list[str]) -> str:
-    """Say which floors are at fault, in words."""
+    Parameters
+    ----------
+    min_rate
+        ``(K,)`` bit/s/Hz: Gamma_k.
+    factor
+        The common part of them that is met.
+    alone
+        ``(K,)`` bit/s/Hz: what each object could have with all the power and no other beam.
+    channels
+        ``(K, N)``: real steering vectors of the objects.
+    """
     if factor >= 1.0:
         return "the floors can be met, but the solver did not converge; beams of least power"
     hopeless = np.flatnonzero(min_rate > alone)
@@ -186,4 +192,15 @@ def _message(min_rate: Array, factor: float, alone: Array, alike: list[str]) -> 
             if floor > 0.0
         ]
         faults[0] = "the floors cannot be met together; " + faults[0]
-    return "; ".join(faults + alike) + f"; all floors scaled by {factor:.4g}"
+    return "; ".join(faults + _alike(channels)) + f"; all floors scaled by {factor:.4g}"
+
+
+def _alike(channels: Array) -> list[str]:
+    """Name the pairs of objects whose steering vectors are the same: no beam tells them apart."""
+    gram = channels @ channels.T / channels.shape[-1]
+    first, second = np.nonzero(np.triu(np.abs(gram) >= 1.0 - ALIKE, k=1))
+    return [
+        f"objects {i} and {k} lie in one direction for the array (same sine), "
+        "where no beams can separate them"
+        for i, k in zip(first, second, strict=True)
+    ]

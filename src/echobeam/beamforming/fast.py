@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -10,11 +11,13 @@ from echobeam.beamforming import relaxation
 from echobeam.beamforming.certificate import coverage_excess, rate_shortfall
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.direct import DirectResult, solve_batch
+from echobeam.beamforming.fallback import named_faults
 from echobeam.beamforming.objective import beam_gains, channel_loss, rates_from_gains
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch
 from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
-from echobeam.values import BoolArray, IntArray
+from echobeam.beamforming.subspace import antenna_phase, real_steering
+from echobeam.values import Array, BoolArray, IntArray
 
 FEASIBLE = 1e-6
 """Largest relative violation of a design that passes for feasible."""
@@ -29,33 +32,88 @@ EXAMINED = 2e6
 def solve(problem: BeamProblem) -> Proposal:
     """Solve problem (38) with K >= 1 objects; what the direct solver leaves, the relaxation does.
 
-    Floors (38e) out of reach are left to it, too: it names them, and proves it.
+    Where the floors (38e) are out of reach, its beams meet the largest common part of them, and
+    the message names what is at fault.
     """
     if problem.n_tx < LEAST_ANTENNAS:
         return relaxation.solve(problem)
-    found, good = solve_examined(batch_of(problem))
+    batch = batch_of(problem)
+    found, good = solve_examined(batch)
     if not good[0]:
         return relaxation.solve(problem)
+    short = bool(found.floors_infeasible[0])
+    prove = partial(relaxation.prove, problem, float(found.objective[0]))
+    if short:
+        prove = partial(relaxation.prove_without_floors, problem)
     return Proposal(
         beams=found.beams[0],
-        proof=Proof(partial(relaxation.prove, problem, float(found.objective[0]))),
-        status="optimal",
-        message="",
+        proof=Proof(prove),
+        status="fallback" if short else "optimal",
+        message=short_floors(batch, found, np.zeros(1, dtype=np.int64))[0] if short else "",
         iterations=int(found.iterations[0]),
     )
 
 
 def solve_examined(batch: ProblemBatch) -> tuple[DirectResult, BoolArray]:
-    """Return what the direct solver found, and which trials' beams converged and keep (38)."""
+    """Return what the direct solver found, and which trials' beams converged and keep (38).
+
+    Of floors (38e) that are out of reach the part counts that the solver says it meets.
+    """
     found = solve_batch(batch)
-    good = found.converged & ~found.floors_infeasible
+    good = found.converged.copy()
     steps = np.where(batch.active, batch.coverage_halfwidths, 0.0) / batch.resolution
     numbers = (2.0 * steps.max(initial=0.0) + 3.0) * batch.active.shape[1] * batch.n_tx
-    size = max(1, int(EXAMINED / numbers))
+    size = int(EXAMINED / max(1.0, min(numbers, EXAMINED)))
     for begin in range(0, len(batch), size):
         part = np.arange(begin, min(begin + size, len(batch)))
         good[part] &= _keeps(batch, found, part)
     return found, good
+
+
+def short_floors(batch: ProblemBatch, found: DirectResult, which: IntArray) -> list[str]:
+    """Return what is at fault in trials whose floors (38e) are out of reach, in words.
+
+    Parameters
+    ----------
+    batch, found
+        The problems and what the direct solver found.
+    which
+        Trials to speak of.
+    """
+    alone = _alone(batch, found, which)
+    messages = []
+    for trial, reach in zip(which, alone, strict=True):
+        active = batch.active[trial]
+        phases = antenna_phase(batch.angles[trial, active], batch.spacing, batch.axis)
+        channels = real_steering(phases, batch.n_tx)
+        factor = float(found.floor_factor[trial])
+        messages.append(named_faults(batch.min_rate[active], factor, reach[active], channels))
+    return messages
+
+
+def _alone(batch: ProblemBatch, found: DirectResult, which: IntArray) -> Array:
+    """Return the rate that each object could have with all the power and no other beam.
+
+    ``(len(which), K)``; where the beam found would keep its floor so, that is all that is asked.
+    """
+    part = batch.taken(which)
+    active = part.active
+    angles, distances = np.where(active, part.angles, 0.0), np.where(active, part.distances, 1.0)
+    loss = channel_loss(distances, batch.noise, batch.alpha0) / batch.power
+    beams = np.where(active[..., np.newaxis], found.beams[which], 0.0)
+    spent = np.sum(np.abs(beams) ** 2, axis=-1)
+    own = np.diagonal(beam_gains(beams, angles, batch.spacing, batch.axis), axis1=-2, axis2=-1)
+    gain = own / np.where(spent > 0.0, spent, 1.0)
+    rate: Array = np.log1p(gain / loss) / np.log(2.0)
+    trials, objects = np.nonzero(active & (rate < batch.min_rate))
+    lonely = part.taken(trials)
+    single = np.zeros(lonely.active.shape, dtype=bool)
+    single[np.arange(trials.size), objects] = True
+    unasked = np.zeros_like(batch.min_rate)
+    best = solve_batch(replace(lonely, active=single, min_rate=unasked, warm_start=None))
+    limit = np.log1p(batch.n_tx / loss[trials, objects]) / np.log(2.0)
+    rate[trials, objects] = np.where(best.converged, best.objective, limit)
+    return rate
 
 
 def batch_of(problem: BeamProblem) -> ProblemBatch:
@@ -96,7 +154,8 @@ def _keeps(batch: ProblemBatch, found: DirectResult, part: IntArray) -> BoolArra
     spent = np.sum(np.abs(beams) ** 2, axis=(-2, -1)) / batch.power - 1.0
     gains = beam_gains(beams, angles, batch.spacing, batch.axis)
     achieved = rates_from_gains(gains, channel_loss(distances, batch.noise, batch.alpha0))
-    missed = rate_shortfall(achieved, np.where(active, batch.min_rate, 0.0))
+    floors = np.where(active, batch.min_rate, 0.0) * found.floor_factor[part, np.newaxis]
+    missed = rate_shortfall(achieved, floors)
     each = np.maximum(excess, missed).max(axis=-1, initial=0.0)
     keeps: BoolArray = np.maximum(each, spent) <= FEASIBLE
     return keeps

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
-from echobeam.beamforming.fallback import fair_proposal
+from echobeam.beamforming.fallback import bound_without_floors, fair_proposal
 from echobeam.beamforming.model import Model, build_model, model_gains
 from echobeam.beamforming.objective import sinr
 from echobeam.beamforming.power import BUDGET_DIGITS, spend
@@ -58,6 +58,12 @@ def prove(problem: BeamProblem, value: float) -> float:
     """Return `upper_bound` of a problem with K >= 1 objects, given a design's sum rate."""
     model = build_model(problem)
     return upper_bound(model, [best_shape(beam) for beam in model.beams], value)
+
+
+def prove_without_floors(problem: BeamProblem) -> float:
+    """Return `bound_without_floors` of a problem with K >= 1 objects."""
+    model = build_model(problem)
+    return bound_without_floors(model, [best_shape(beam) for beam in model.beams])
 
 
 def upper_bound(model: Model, shapes: list[Shape], value: float = 0.0) -> float:
