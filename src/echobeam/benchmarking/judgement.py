@@ -17,7 +17,10 @@ from echobeam.values import Array, BoolArray, ComplexArray
 MOST_BOUNDS = 64
 """Problems of a case whose optimum is bounded."""
 
-BUDGET = 2.0
+MOST_OBJECTS = 4
+"""K up to which branch and bound proves; beyond it takes a minute and proves little more."""
+
+BUDGET = 3.0
 """s: after which no further problem's optimum is bounded."""
 
 
@@ -52,7 +55,8 @@ def bounds_of(batch: ProblemBatch, count: int) -> Array:
     for trial in range(min(count, MOST_BOUNDS)):
         if time.perf_counter() - begun > BUDGET:
             break
-        answer = design_beams(batch.problem(trial))
+        problem = batch.problem(trial)
+        answer = design_beams(problem, certify=problem.n_objects <= MOST_OBJECTS)
         if answer.status == "optimal" and np.isfinite(answer.upper_bound):
             bounds[trial] = answer.upper_bound
     return bounds

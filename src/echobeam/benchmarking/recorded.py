@@ -18,7 +18,7 @@ from echobeam.simulation.loop import run_slots
 from echobeam.simulation.motion import plan_motion
 from echobeam.values import ComplexArray, GaussianState
 
-TRIALS = 64
+TRIALS = 32
 SEED = 0
 
 FIRST = 2
