@@ -17,19 +17,13 @@ import numpy as np
 from echobeam.beamforming.direct.beams import beam_set, cover_phases, node_count
 from echobeam.beamforming.direct.chirp import CHIRPS
 from echobeam.beamforming.direct.climb import Trials, climb
+from echobeam.beamforming.direct.contest import settle
 from echobeam.beamforming.objective import channel_loss
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 CHUNK = 256
 """Beams worked on at a time: what fits the cache."""
-
-
-CONTESTED = 1.0
-"""Interference over noise from which the powers may have several local optima, one per set of
-objects worth serving; then other starts are tried."""
-
-LEFT_OUT = 1e-2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,18 +80,6 @@ def solve_batch(batch: ProblemBatch) -> DirectResult:
     return result
 
 
-def _other_shares(n_objects: int) -> Array:
-    """Return ``(J, K)`` uneven ways to start: each object left out, each one favoured."""
-    if n_objects == 1:
-        return np.zeros((0, 1))
-    unit = np.eye(n_objects)
-    table = np.maximum(
-        np.concatenate([1.0 - unit, unit])[: n_objects * min(n_objects - 1, 2)], LEFT_OUT
-    )
-    shares: Array = table / np.sum(table, axis=1, keepdims=True)
-    return shares
-
-
 def _groups(batch: ProblemBatch) -> Iterator[tuple[IntArray, IntArray, int]]:
     """Give trials with equally many objects and nodes: their indices, their objects, the nodes."""
     phases, _ = cover_phases(
@@ -139,14 +121,11 @@ def _solve_alike(
         if not again.size:
             break
         found.put(again, climb(trials.taken(again), chirp))
-    cold = np.ones(which.size, dtype=bool)
+    cold = np.arange(which.size)
     if warm is not None:
-        cold = ~np.all(np.isfinite(warm).reshape(*objects.shape, -1), axis=(1, 2))
-    contested = np.flatnonzero(cold & (found.disturbance > CONTESTED))
-    for share in _other_shares(objects.shape[1]):
-        if contested.size:
-            shares = np.tile(share, (contested.size, 1))
-            found.put(contested, climb(trials.taken(contested), CHIRPS[0], share=shares))
+        given = np.isfinite(warm).reshape(*objects.shape, -1)
+        cold = np.flatnonzero(~np.all(given, axis=(1, 2)))
+    settle(trials, found, cold, CHIRPS[0], CHUNK)
     scale = np.sqrt(batch.power)
     result.beams[which[:, np.newaxis], objects] = found.beams * scale
     result.objective[which] = found.objective

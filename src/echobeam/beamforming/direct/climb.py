@@ -17,6 +17,12 @@ WIDE_NODES = 7
 """Nodes from which on a cover is wide, and compared with the full grid on the way."""
 
 MOST_STEPS = 100
+PROBE_STEPS = 12
+
+AUDIBLE = 0.01
+"""Interference over noise, at the start and with all the power, that is worth a closer look."""
+
+QUIET_STEPS = 8
 
 BOUGHT = 1e-6
 """Excess of ripple, relative to what is allowed, that a beam may buy off with power."""
@@ -55,8 +61,8 @@ class Trials:
 class Found:
     """What a climb found: beams for unit power and the rest as in `DirectResult`.
 
-    ``disturbance`` tells by how much the beams at the start, each with all the power, would
-    disturb the others, relative to the noise: ``(T,)``.
+    ``disturbance`` tells what the beams' consideration for each other costs of the sum rate,
+    relative and roughly: ``(T,)``.
     """
 
     beams: ComplexArray
@@ -90,16 +96,46 @@ def climb(
     share
         As in `start_uplink`.
     """
-    n_trials, n_objects = trials.loss.shape
     shapes = start_shapes(trials.beams, chirp, warm)
     powers = uplink.start_uplink(trials.loss, trials.threshold, share)
-    disturbance = _disturbance(shapes, trials.loss)
+    at_start, leak = _uplink_view(shapes, trials.loss.shape[1])
+    settled, steps = _descend(trials.beams, shapes, powers, MOST_STEPS)
+    found = _harvest(trials, shapes, powers, settled, steps)
+    heard = np.max(leak / (at_start[:, :, np.newaxis] * trials.loss[:, np.newaxis]), axis=(1, 2))
+    which = np.flatnonzero(heard > AUDIBLE)
+    if which.size:
+        least = np.minimum(at_start, shapes.power.reshape(at_start.shape))[which]
+        quiet = _quiet_rate(powers.taken(which), least)
+        found.disturbance[which] = quiet / np.maximum(found.objective[which], 1e-300) - 1.0
+    return found
+
+
+def probe(trials: Trials, chirp: float, share: Array) -> tuple[Array, Array]:
+    """Return the share ``(T, K)`` and the sum rate ``(T,)``, nats, after a few steps from a start.
+
+    Parameters
+    ----------
+    trials, chirp, share
+        As in `climb`.
+    """
+    shapes = start_shapes(trials.beams, chirp)
+    powers = uplink.start_uplink(trials.loss, trials.threshold, share)
+    _descend(trials.beams, shapes, powers, PROBE_STEPS)
+    sinr, _ = uplink.downlink(powers, *_uplink_view(shapes, share.shape[1]))
+    return powers.share, np.where(powers.factor < 1.0, -np.inf, np.sum(np.log1p(sinr), axis=1))
+
+
+def _descend(
+    beams: BeamSet, shapes: Shapes, powers: Uplink, most: int
+) -> tuple[BoolArray, IntArray]:
+    """Step until every trial is settled or out of steps; return which are, and the steps taken."""
+    n_trials, n_objects = powers.loss.shape
     settled = np.zeros(n_trials, dtype=bool)
     steps = np.zeros(n_trials, dtype=np.int64)
-    wide = trials.beams.points.shape[1] > 2 * WIDE_NODES
+    wide = beams.points.shape[1] > 2 * WIDE_NODES
     live = np.arange(n_trials)
-    beams, work, work_powers = trials.beams, shapes, powers
-    for count in range(1, MOST_STEPS + 1):
+    all_beams, work, work_powers = beams, shapes, powers
+    for count in range(1, most + 1):
         before = work.barrier
         barrier.step(work, _weights(work_powers.level), LAST_BARRIER)
         uplink.step(work_powers, *_uplink_view(work, n_objects))
@@ -110,7 +146,7 @@ def climb(
             look |= work.barrier < before
         worst = _look(beams, work, np.flatnonzero(look))
         ready &= np.max(worst.reshape(-1, n_objects), axis=1) < cuts.MISSED
-        if count < MOST_STEPS and np.sum(~ready) > LIVE * live.size:
+        if count < most and np.sum(~ready) > LIVE * live.size:
             continue
         if work is not shapes:
             shapes.put(_beams_of(live, n_objects), work)
@@ -120,21 +156,17 @@ def climb(
         if not live.size:
             break
         which = _beams_of(live, n_objects)
-        beams, work, work_powers = (
-            trials.beams.taken(which),
-            shapes.taken(which),
-            powers.taken(live),
-        )
-    found = _harvest(trials, shapes, powers, settled, steps)
-    found.disturbance = disturbance
-    return found
+        beams, work, work_powers = all_beams.taken(which), shapes.taken(which), powers.taken(live)
+    return settled, steps
 
 
-def _disturbance(shapes: Shapes, loss: Array) -> Array:
-    power, leak = _uplink_view(shapes, loss.shape[1])
-    heard = leak / (power[:, :, np.newaxis] * loss[:, np.newaxis])
-    worst: Array = np.max(heard, axis=(1, 2))
-    return worst
+def _quiet_rate(powers: Uplink, power: Array) -> Array:
+    """Return the sum rate ``(T,)``, bit/s/Hz, if no beam heard the others."""
+    silence = np.zeros((*power.shape, power.shape[1]))
+    for _ in range(QUIET_STEPS):
+        uplink.step(powers, power, silence)
+    rate: Array = np.sum(np.log1p(powers.level / power), axis=1) / np.log(2.0)
+    return rate
 
 
 def _look(beams: BeamSet, shapes: Shapes, which: IntArray) -> Array:
