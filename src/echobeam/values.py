@@ -21,8 +21,15 @@ IntArray = npt.NDArray[np.int64]
 Axis = Literal["vertical", "horizontal"]
 Phase = Literal["omni", "directional", "pilot"]
 
+PHASES: tuple[Phase, ...] = ("omni", "directional", "pilot")
 STATE = ("angle", "distance", "velocity")
 MEASUREMENT = ("angle", "delay", "doppler")
+
+
+def freeze(*arrays: npt.NDArray[np.generic]) -> None:
+    """Make arrays read-only: what is recorded stays as it was."""
+    for array in arrays:
+        array.flags.writeable = False
 
 
 @dataclass(frozen=True, slots=True)

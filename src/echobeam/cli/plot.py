@@ -25,6 +25,8 @@ import click
 def command(result: Path, out: Path | None, kinds: tuple[str, ...]) -> None:
     r"""Draw RESULT: rate, tracking error against its bound, beam patterns, trajectories.
 
+    Pictures of the same name are replaced.
+
     \b
     echobeam plot paper-multi.nc
     echobeam plot paper-multi.nc --out figures/multi.pdf

@@ -22,7 +22,7 @@ def progress_bar(label: str, *, quiet: bool) -> Iterator[Callable[[int, int], No
         TimeRemainingColumn,
     )
 
-    with Progress(
+    bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
@@ -31,6 +31,14 @@ def progress_bar(label: str, *, quiet: bool) -> Iterator[Callable[[int, int], No
         TextColumn("elapsed"),
         TimeElapsedColumn(),
         console=Console(stderr=True),
-    ) as bar:
-        task = bar.add_task(label, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+    )
+    task = bar.add_task(label, total=None)
+
+    def show(done: int, total: int) -> None:
+        bar.start()  # not before there is something to show: wrong input gets its message alone
+        bar.update(task, completed=done, total=total)
+
+    try:
+        yield show
+    finally:
+        bar.stop()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
 from pathlib import Path
 
 import click
@@ -98,7 +100,10 @@ def command(
         resume=resume,
         force=force,
     )
-    with progress_bar(loaded.name, quiet=quiet) as progress:
+    with (
+        contextlib.redirect_stdout(sys.stderr),  # what a user's scheme prints is not our output
+        progress_bar(loaded.name, quiet=quiet) as progress,
+    ):
         record(recording, progress)
     with open_result(recording.out) as result:
         if as_json:

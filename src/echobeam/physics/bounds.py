@@ -37,9 +37,6 @@ from echobeam.values import Array, Axis, Transmission
 
 Crb = Literal["paper", "exact"]
 
-GUESS_VARIANCE = np.pi**2 / 12.0
-"""Variance of an angle of which nothing is known but the half plane, rad^2 (uniform, 0 to pi)."""
-
 
 def measurement_variance(
     transmission: Transmission,
@@ -107,12 +104,12 @@ def measurement_variance(
 
 
 def effective_variance(variance: Array, snr: npt.ArrayLike) -> Array:
-    """Return the variances an estimator would report, from the bounds of Eq. (20) to Eq. (22).
+    """Return the variances of the measurements, the bounds of Eq. (20) to Eq. (22).
 
     Where there is no echo (SNR zero, or NaN for an absent object) nothing is measured: infinite
-    variances. An angle whose bound exceeds pi^2 / 12 is not measured either: that is the variance
-    of a guess, uniform over the half plane that objects on the ground can be in. The bound grows
-    without limit near 90 degrees and off a narrow beam, where it describes no estimator any more.
+    variances. Elsewhere the bound is taken at its word, as the paper does, though it grows without
+    limit near 90 degrees and off a narrow beam, where no estimator is that bad; the filter gives
+    such a measurement the weight that it deserves, next to none.
 
     Parameters
     ----------
@@ -121,9 +118,8 @@ def effective_variance(variance: Array, snr: npt.ArrayLike) -> Array:
     snr
         ``(..., K)``: echo SNR.
     """
-    limit = np.array([GUESS_VARIANCE, np.inf, np.inf])
     heard = np.asarray(snr, dtype=np.float64)[..., np.newaxis] > 0.0
-    return np.where(heard & (variance <= limit), variance, np.inf)
+    return np.where(heard & np.isfinite(variance), variance, np.inf)
 
 
 def square_aperture(

@@ -24,14 +24,13 @@ _PREFERRED = {
 def dump_scenario(scenario: Scenario) -> str:
     """Return a complete TOML text; loading it gives an equal scenario, bit for bit."""
     lines = _assignments(scenario)
-    for name, field in Scenario.model_fields.items():
+    for name in Scenario.model_fields:
         value = getattr(scenario, name)
         if isinstance(value, BaseModel):
             lines += ["", f"[{name}]", *_assignments(value)]
         elif name == "objects":
             for item in value:
                 lines += ["", f"[[{name}]]", *_assignments(item)]
-        del field
     return "\n".join(lines) + "\n"
 
 

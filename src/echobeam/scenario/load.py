@@ -68,6 +68,8 @@ def load_scenario(
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{label}: not a TOML file: {error}") from error
     faults = [fault for item in _items(overrides) if (fault := _override(document, *item))]
+    if any(key == "trace.file" for key, _ in _items(overrides)):
+        folder = Path()  # given on the command line: relative to where it was typed
     return validate(document, label, folder, faults)
 
 
@@ -93,9 +95,12 @@ def validate(
         raise ScenarioError(_listed(label, faults))
     if scenario.trace is not None and scenario.objects:
         raise ScenarioError(f"{label}: objects: not together with a trace; remove one of the two")
-    if scenario.trace is not None and folder is not None and not _ships(scenario.trace.file):
-        scenario = with_trace(scenario, folder / scenario.trace.file)
-    return scenario
+    if scenario.trace is None or folder is None:
+        return scenario
+    beside = folder / scenario.trace.file
+    if _ships(scenario.trace.file) and not beside.is_file():
+        return scenario
+    return with_trace(scenario, beside)
 
 
 def trace_path(scenario: Scenario) -> Path | None:
@@ -111,13 +116,14 @@ def with_trace(scenario: Scenario, path: str | Path) -> Scenario:
     table = scenario.trace.model_dump() if scenario.trace is not None else {}
     if scenario.trace is None and scenario.objects:
         table["max_objects"] = len(scenario.objects)
-    document = scenario.model_dump() | {"objects": (), "trace": table | {"file": str(path)}}
+    place = str(Path(path).absolute())
+    document = scenario.model_dump() | {"objects": (), "trace": table | {"file": place}}
     return Scenario.model_validate(document)
 
 
 def _ships(name: str) -> bool:
     """Whether a trace's bare name is that of a trace inside the package."""
-    return Path(name).name == name and not Path(name).exists() and (_presets() / name).is_file()
+    return Path(name).name == name and (_presets() / name).is_file()
 
 
 def _presets() -> Traversable:

@@ -53,7 +53,9 @@ class View:
     posterior
         Belief after the last slot, ``(..., K)`` objects; all unknown before the first.
     measurement
-        What the radar gave in the last slot; nothing before the first.
+        What the radar gave in the last slot; nothing before the first. As in the paper its
+        variance Q_m is taken as known: it is the bound at the true state, and so tells more of
+        the past than a real radar would.
     spread
         ``(..., K)`` rad: sigma_theta of the last slot in which the object was measured, the
         standard deviation that (38f) covers; NaN if never.

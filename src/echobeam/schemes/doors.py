@@ -41,10 +41,12 @@ class BeamFunctionScheme(TrackingFrame):
         shape = (*prior.known.shape, view.system.array.n_tx)
         try:
             given = self.function(prior, view)
-        except Exception as error:  # a user's function may raise anything
+        except (Exception, SystemExit) as error:  # a user's function may raise anything
             raise SchemeError(
                 f"scheme {self.name!r} raised {type(error).__name__} in slot {view.slot}: {error}"
             ) from error
+        if given is None:
+            raise SchemeError(f"scheme {self.name!r} returned nothing in slot {view.slot}")
         try:
             beams = np.broadcast_to(np.asarray(given, dtype=complex), shape)
         except (TypeError, ValueError):
@@ -101,12 +103,14 @@ def as_scheme(candidate: object, name: str | None = None) -> Scheme:
     if isinstance(candidate, type):
         try:
             candidate = candidate()
-        except TypeError as error:
-            raise SchemeError(f"{candidate!r} cannot be made without arguments: {error}") from None
+        except (Exception, SystemExit) as error:
+            raise SchemeError(
+                f"{candidate!r} cannot be made without arguments: {type(error).__name__}: {error}"
+            ) from error
     if isinstance(candidate, Scheme):
         return candidate
     if callable(candidate):
-        own = marked or getattr(candidate, "name", None) or name
+        own = getattr(candidate, "name", None) or marked or name
         return BeamFunctionScheme(
             name=str(own or getattr(candidate, "__name__", "")), function=candidate
         )

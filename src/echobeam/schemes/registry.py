@@ -70,17 +70,22 @@ def _from_file(path: Path, attribute: str, name: str) -> Scheme:
     sys.modules[spec.name] = module  # dataclasses look their module up while it is executed
     loader = spec.loader
     _guarded(lambda: loader.exec_module(module), f"{path}")
-    for candidate in vars(module).values():
-        if getattr(candidate, "__echobeam_scheme__", None) == attribute:
-            return as_scheme(candidate, attribute)
-    if not hasattr(module, attribute):
+    if hasattr(module, attribute):
+        return as_scheme(getattr(module, attribute), attribute)
+    marked = [
+        candidate
+        for candidate in vars(module).values()
+        if getattr(candidate, "__echobeam_scheme__", None) == attribute
+    ]
+    if not marked:
         raise SchemeError(f"{path}: there is no scheme or object {attribute!r} in it")
-    return as_scheme(getattr(module, attribute), attribute)
+    # objects with their parameters before the class that they were made of
+    return as_scheme(min(marked, key=lambda candidate: isinstance(candidate, type)), attribute)
 
 
 def _guarded(load: Callable[[], object], label: str) -> object:
     """Run a user's code; whatever it raises becomes one clear message."""
     try:
         return load()
-    except Exception as error:  # a user's file may raise anything
+    except (Exception, SystemExit) as error:  # a user's file may raise anything
         raise SchemeError(f"{label}: raised {type(error).__name__}: {error}") from error

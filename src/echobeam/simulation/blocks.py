@@ -22,7 +22,7 @@ from echobeam.simulation.randomness import Stream, standard_normals
 from echobeam.simulation.world import World
 
 MOST_TRIALS = 128
-MOST_BYTES = 256 * 2**20
+MOST_BYTES = 64 * 2**20
 
 SHARED = ("truth", "present")
 PER_SCHEME = (

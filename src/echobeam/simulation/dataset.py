@@ -73,22 +73,34 @@ def coordinates(
     """Return the coordinates of a result: name to dimensions, values and attributes."""
     slots = np.arange(scenario.n_slots)
     return {
-        "scheme": (("scheme",), np.array(names, dtype=str), {"long_name": "scheme"}),
-        "slot": (("slot",), slots + 1, {"long_name": "slot, counted from 1"}),
+        "scheme": (("scheme",), np.array(names, dtype=str), {"units": "1", "long_name": "scheme"}),
+        "slot": (("slot",), slots + 1, {"units": "1", "long_name": "slot, counted from 1"}),
         "time": (
             ("slot",),
             slots * scenario.frame.slot,
             {"units": "s", "long_name": "time at the slot's beginning"},
         ),
-        "state": (("state",), np.array(STATE), {"long_name": "component of the state"}),
-        "state_b": (("state_b",), np.array(STATE), {"long_name": "component of the state"}),
+        "state": (
+            ("state",),
+            np.array(STATE),
+            {"units": "1", "long_name": "component of the state"},
+        ),
+        "state_b": (
+            ("state_b",),
+            np.array(STATE),
+            {"units": "1", "long_name": "component of the state"},
+        ),
         "measurement": (
             ("measurement",),
             np.array(MEASUREMENT),
-            {"long_name": "component of the measurement"},
+            {"units": "1", "long_name": "component of the measurement"},
         ),
-        "part": (("part",), np.array(["re", "im"]), {"long_name": "real or imaginary part"}),
-        "phase": (("scheme", "slot"), phase, {"long_name": "what the slot is for"}),
+        "part": (
+            ("part",),
+            np.array(["re", "im"]),
+            {"units": "1", "long_name": "real or imaginary part"},
+        ),
+        "phase": (("scheme", "slot"), phase, {"units": "1", "long_name": "what the slot is for"}),
     }
 
 

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.base import Decision, Scheme, SchemeError, System, View
 from echobeam.simulation.world import World
-from echobeam.values import Array, BoolArray, ComplexArray, GaussianState, Measurement, Phase
+from echobeam.values import (
+    PHASES,
+    Array,
+    BoolArray,
+    ComplexArray,
+    GaussianState,
+    Measurement,
+    Phase,
+    freeze,
+)
 
 POWER_TOLERANCE = 1e-6
 
@@ -63,13 +73,14 @@ def run_slots(scenario: Scenario, scheme: Scheme, world: World) -> Iterator[Slot
     for slot in range(scenario.n_slots):
         truth = world.truth(slot)
         view = _view(scenario, scheme, world, slot, memory)
-        prior = _read_only(scheme.predict(view))
+        prior = _read_only(_ask(scheme, "predict", view, view))
         decision = _decide(scheme, prior, view)
         sent = world.transmission(view.phase, decision.beams, slot)
         link = world.transmit(sent, truth)
         snr = world.echo(sent, truth)
-        measurement = world.measure(sent, snr, truth, scheme.listens(view), view.uav, slot)
-        posterior = _read_only(scheme.update(prior, measurement, view))
+        heard = _ask(scheme, "listens", view, view)
+        measurement = world.measure(sent, snr, truth, heard, view.uav, slot)
+        posterior = _read_only(_ask(scheme, "update", view, prior, measurement, view))
         memory = Memory(posterior, measurement, _spread(view, measurement), decision.memory)
         yield SlotRecord(
             slot=slot + 1,
@@ -116,7 +127,7 @@ def _view(scenario: Scenario, scheme: Scheme, world: World, slot: int, memory: M
     return View(
         slot=slot + 1,
         slot_in_frame=slot_in_frame,
-        phase=scheme.phase(slot_in_frame),
+        phase=_phase(scheme, slot_in_frame),
         uav=world.motion.uav(slot),
         uav_before=world.motion.uav(max(slot - 1, 0)),
         posterior=posterior,
@@ -127,6 +138,16 @@ def _view(scenario: Scenario, scheme: Scheme, world: World, slot: int, memory: M
         truth=world.truth(slot) if scheme.omniscient else None,
         present=world.present(slot) if scheme.omniscient else None,
     )
+
+
+def _phase(scheme: Scheme, slot_in_frame: int) -> Phase:
+    phase = scheme.phase(slot_in_frame)
+    if phase not in PHASES:
+        raise SchemeError(
+            f"scheme {scheme.name!r} gives phase {phase!r} for slot {slot_in_frame} of a frame; "
+            f"expected {', '.join(PHASES)}"
+        )
+    return phase
 
 
 def system_of(scenario: Scenario) -> System:
@@ -143,9 +164,24 @@ def system_of(scenario: Scenario) -> System:
 
 def _read_only(state: GaussianState) -> GaussianState:
     """Protect what is recorded from a scheme that writes into what it was shown."""
-    for array in (state.mean, state.cov, state.known):
-        array.flags.writeable = False
+    freeze(state.mean, state.cov, state.known)
     return state
+
+
+def _ask(scheme: Scheme, method: str, view: View, *arguments: object) -> Any:
+    """Call a scheme; what a user's scheme raises becomes one clear message."""
+    call = getattr(scheme, method)
+    if type(scheme).__module__.startswith("echobeam."):
+        return call(*arguments)
+    try:
+        return call(*arguments)
+    except SchemeError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise SchemeError(
+            f"scheme {scheme.name!r} raised {type(error).__name__} in {method} of slot "
+            f"{view.slot}: {error}"
+        ) from error
 
 
 def _decide(scheme: Scheme, prior: GaussianState, view: View) -> Decision:
@@ -154,12 +190,17 @@ def _decide(scheme: Scheme, prior: GaussianState, view: View) -> Decision:
     if view.phase != "directional":
         nothing = np.full(shape, complex(np.nan, np.nan))
         return Decision(nothing, np.zeros(shape[:-2], dtype=bool), view.memory)
-    decision = scheme.beamform(prior, view)
-    if decision.beams.shape != shape or not np.isfinite(decision.beams).all():
+    decision: Decision = _ask(scheme, "beamform", view, prior, view)
+    if decision.beams.shape != shape:
         raise SchemeError(
-            f"scheme {scheme.name!r} sent beams in slot {view.slot} that are not finite or not "
-            f"of shape {shape}"
+            f"scheme {scheme.name!r} sent beams of shape {decision.beams.shape} in slot "
+            f"{view.slot}; expected {shape}"
         )
+    if not np.isfinite(decision.beams).all():
+        raise SchemeError(
+            f"scheme {scheme.name!r} sent beams in slot {view.slot} that are not finite"
+        )
+    freeze(decision.beams)
     most = float(np.max(np.sum(np.abs(decision.beams) ** 2, axis=(-2, -1)), initial=0.0))
     allowed = view.system.radio.power
     if most > allowed * (1.0 + POWER_TOLERANCE):

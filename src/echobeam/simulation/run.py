@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+MOST_TRIALS = 10_000_000
+
+
 def simulate(
     scenario: Scenario | str | Path,
     schemes: Sequence[str | object] | None = None,
@@ -110,8 +113,10 @@ def check_count(trials: int, seed: int) -> int:
     ScenarioError
         Otherwise.
     """
-    if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
-        raise ScenarioError(f"trials: {trials!r} is not accepted; expected a whole number from 1")
+    if isinstance(trials, bool) or not isinstance(trials, int) or not 1 <= trials <= MOST_TRIALS:
+        raise ScenarioError(
+            f"trials: {trials!r} is not accepted; expected a whole number from 1 to {MOST_TRIALS}"
+        )
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
         raise ScenarioError(
             f"seed: {seed!r} is not accepted; expected a whole number from 0 to 2^63 - 1"

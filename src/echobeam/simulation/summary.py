@@ -44,7 +44,8 @@ class SchemeSummary:
         ``(n,)``: normalised squared error of the posterior (3 for an honest filter) and squared
         innovation per measured component (1 for an honest filter); NaN where there is none.
     coverage
-        Share of true angles inside the interval that the beams were asked to cover.
+        Share of true angles inside the interval of (38f) around the prediction, whatever the
+        scheme does with it.
     outage
         Share of objects in the scene and directional slots whose rate is below ``min_rate``.
     lost

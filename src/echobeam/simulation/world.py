@@ -21,6 +21,7 @@ from echobeam.values import (
     Phase,
     Transmission,
     UavMotion,
+    freeze,
 )
 
 
@@ -141,4 +142,6 @@ class World:
             uav.heading,
             self.scenario.radio.carrier,
         )
-        return Measurement(np.where(measured, ideal + noise, np.nan), variance)
+        value = np.where(measured, ideal + noise, np.nan)
+        freeze(value, variance)
+        return Measurement(value, variance)

@@ -44,7 +44,8 @@ class Job:
 
 def digest(path: Path) -> str:
     """Return a file's SHA-256."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +70,7 @@ class BlockFiles:
         """
         manifest = self.directory / "job.json"
         if self.directory.exists():
+            self._check_ours(manifest)
             if resume and manifest.is_file():
                 self._check(manifest, job)
                 return
@@ -81,6 +83,28 @@ class BlockFiles:
         self.directory.mkdir()
         with replacing(manifest) as temporary:
             temporary.write_text(json.dumps(asdict(job), indent=1), encoding="utf-8")
+
+    def _check_ours(self, manifest: Path) -> None:
+        """Refuse to touch a file or a directory that no run of ours has made."""
+        ours = self.directory.is_dir() and all(
+            path == manifest or path.suffix in (".npz", ".tmp") for path in self.directory.iterdir()
+        )
+        if not ours:
+            raise StoreError(
+                f"{self.directory}: is in the way of the run's blocks and not made by one; move it "
+                "or give another --out"
+            )
+
+    def matches(self, job: Job) -> bool:
+        """Whether the directory holds blocks of this very job."""
+        manifest = self.directory / "job.json"
+        if not manifest.is_file():
+            return False
+        try:
+            self._check(manifest, job)
+        except StoreError:
+            return False
+        return True
 
     def _check(self, manifest: Path, job: Job) -> None:
         try:

@@ -95,7 +95,7 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     scenario = recording.scenario
     check_count(recording.trials, recording.seed)
     names = [scheme.name for scheme in resolve_schemes(scenario, recording.schemes)]
-    if recording.resume and _finished(recording, names):
+    if recording.resume and not recording.force and _finished(recording, names):
         BlockFiles.beside(recording.out).remove()
         return
     check_writable(recording.out, force=recording.force)
@@ -122,8 +122,11 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
 
 def _finished(recording: Recording, names: Sequence[str]) -> bool:
     """Whether the result is there already: a run may be killed after its last file is in place."""
+    job = _job(recording)
     if not recording.out.is_file():
         return False
+    if job.inputs and not BlockFiles.beside(recording.out).matches(job):
+        return False  # a result does not tell which trace or scheme file it was made from
     with open_result(recording.out) as result:
         return (
             result.attrs["scenario"] == dump_scenario(recording.scenario)

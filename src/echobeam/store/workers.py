@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -141,6 +142,7 @@ _here: dict[str, Any] = {}
 
 def _remember(work: Work, counts: Any) -> None:
     _here.update(work=work, counts=counts)
+    sys.stdout = sys.stderr  # whatever a user's scheme prints, stdout is the command's own
 
 
 def _do_elsewhere(task: int) -> None:

@@ -41,7 +41,7 @@ def read_varied(text: str) -> Varied:
         If it is not of that form, or a value stands twice.
     """
     key, equals, rest = text.partition("=")
-    values = tuple(value.strip() for value in rest.split(","))
+    values = tuple(value.strip().strip("\"'") for value in rest.split(","))
     if not equals or not key.strip() or not all(values):
         raise SweepError(f"--vary {text}: expected KEY=V1,V2,..., such as radio.power=0.1,1,10")
     if len(set(values)) < len(values):

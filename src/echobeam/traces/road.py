@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from echobeam.faults import InputError
 from echobeam.values import Array
 
 HALF_WIDTH = 30.0
@@ -16,7 +17,7 @@ _ROUNDEST = 1.0 / 9.0
 """Largest ratio of variances across and along: more than this is no road, but a place."""
 
 
-class RoadError(ValueError):
+class RoadError(InputError):
     """Positions or points that do not tell where a road runs."""
 
 
