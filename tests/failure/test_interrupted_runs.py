@@ -77,6 +77,29 @@ def test_resuming_what_is_finished_changes_nothing(tmp_path):
         record(recording(path, resume=True, seed=2))
 
 
+def test_what_a_run_did_not_make_is_left_alone(tmp_path):
+    directory = tmp_path / "r.nc.blocks"
+    directory.mkdir()
+    (directory / "notes.txt").write_text("mine")
+    for force in (False, True):
+        with pytest.raises(StoreError, match="not made by one"):
+            record(recording(tmp_path / "r.nc", force=force))
+    assert (directory / "notes.txt").read_text() == "mine"
+    (tmp_path / "f.nc.blocks").write_text("a file")
+    with pytest.raises(StoreError, match="not made by one"):
+        record(recording(tmp_path / "f.nc"))
+
+
+def test_a_changed_scheme_file_is_no_finished_run(tmp_path):
+    code = "import numpy as np\ndef f(prior, view):\n    return np.full(30, {})\n"
+    (tmp_path / "u.py").write_text(code.format(0.01))
+    run = {"schemes": (f"{tmp_path / 'u.py'}:f",)}
+    record(recording(tmp_path / "r.nc", **run))
+    (tmp_path / "u.py").write_text(code.format(0.001))
+    with pytest.raises(StoreError, match="exists already"):
+        record(recording(tmp_path / "r.nc", resume=True, **run))
+
+
 def test_blocks_of_another_run_are_refused_and_kept(tmp_path):
     path = tmp_path / "r.nc"
     interrupted(path)

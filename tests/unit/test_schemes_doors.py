@@ -107,6 +107,70 @@ def test_a_file_that_raises_is_one_message(tmp_path):
         find_scheme(f"{path}:f")
 
 
+WHOLE = """
+import sys
+from dataclasses import dataclass
+import numpy as np
+import echobeam as eb
+from echobeam.schemes.water_filling import WaterFilling
+
+class Raising(WaterFilling):
+    name = "raising"
+    def update(self, prior, measurement, view):
+        raise KeyError("gone")
+
+class Writing(WaterFilling):
+    name = "writing"
+    def update(self, prior, measurement, view):
+        measurement.value[...] = 7
+        return prior
+
+class Unphased(WaterFilling):
+    name = "unphased"
+    def phase(self, slot_in_frame):
+        return "Omni"
+
+def leaving(prior, view):
+    sys.exit(5)
+
+def silent(prior, view):
+    return None
+
+@eb.scheme("par")
+@dataclass(frozen=True)
+class Parametrised:
+    share: float
+    def __call__(self, prior, view):
+        return self.share * np.ones((*prior.known.shape, view.system.array.n_tx))
+
+half = Parametrised(0.1)
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [
+        ("Raising()", "raised KeyError in update of slot 1"),
+        ("Writing()", "raised ValueError in update.*read-only"),
+        ("Unphased()", "gives phase 'Omni'"),
+        ("leaving", "raised SystemExit in slot 2: 5"),
+        ("silent", "returned nothing in slot 2"),
+    ],
+)
+def test_whatever_a_users_scheme_does_is_one_message(tmp_path, name, word):
+    space: dict[str, object] = {"__name__": "a_users_module"}
+    exec(compile(WHOLE, "s.py", "exec"), space)
+    candidate = eval(name, space)
+    with pytest.raises(SchemeError, match=word):
+        eb.simulate(small_scenario(1), [candidate], trials=1)
+
+
+def test_objects_with_parameters_are_found_before_their_class(tmp_path):
+    (tmp_path / "s.py").write_text(WHOLE)
+    assert find_scheme(f"{tmp_path / 's.py'}:half").name == "par"
+    assert find_scheme(f"{tmp_path / 's.py'}:par").name == "par"
+
+
 def test_an_object_with_parameters_is_a_scheme():
     @scheme("backed-off")
     @dataclass(frozen=True)
