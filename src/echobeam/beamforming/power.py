@@ -59,6 +59,8 @@ def least_powers(gains: Array, loss: Array, threshold: Array) -> Array | None:
         ``(K,)``, in the unit of ``loss``; None if no powers do, however large.
     """
     own = np.diagonal(gains)
+    if np.any(own <= 0.0):
+        return None
     weight = threshold / own
     coupling = weight[:, np.newaxis] * (gains - np.diag(own))
     try:

@@ -13,6 +13,23 @@ from echobeam.values import Array, Axis, BoolArray, ComplexArray, IntArray
 
 DEFAULT_RESOLUTION = math.radians(0.1)
 
+MOST = {
+    "power": 1e30,
+    "noise": 1e30,
+    "alpha0": 1e30,
+    "resolution": 1e30,
+    "spacing": 100.0,
+    "distances": 1e30,
+    "ripple": 1e30,
+    "min_rate": 300.0,
+}
+"""Largest values, and 1 / 1e30 the least positive ones: beyond them squares leave the numbers."""
+
+LEAST = 1e-30
+
+MOST_LOSS = 1e24
+"""Largest noise d^2 / (power alpha0^2), and its inverse the least one."""
+
 
 class ProblemError(InputError):
     """A beam problem that makes no sense; the message lists every fault."""
@@ -89,6 +106,10 @@ class BeamProblem:
             for name in ("power", "noise", "alpha0", "spacing", "resolution")
         }
         n_tx = _scalar("n_tx", self.n_tx, faults)
+        for name, most in MOST.items():
+            sizes = np.atleast_1d(values[name] if name in values else scalars[name])
+            fits = (sizes <= 0.0) | (sizes >= LEAST) & (sizes <= most)
+            _check(fits, f"{name} must lie between {LEAST:g} and {most:g}", faults)
         _check(values["distances"] > 0, "distances must be positive", faults)
         halfwidths = values["coverage_halfwidths"]
         _check(
@@ -101,6 +122,9 @@ class BeamProblem:
         for name, number in scalars.items():
             _check(number > 0, f"{name} must be positive", faults)
         _check(n_tx >= 1 and n_tx == int(n_tx), "n_tx must be a whole number from 1", faults)
+        if not faults:
+            fits = fitting_loss(values["distances"], **_radio(scalars))
+            _check(fits, "noise distances^2 / (power alpha0^2) is beyond 1e-24 to 1e24", faults)
         if self.axis not in ("vertical", "horizontal"):
             faults.append(f"axis must be 'vertical' or 'horizontal', not {self.axis!r}")
         warm = self.warm_start
@@ -196,6 +220,17 @@ class ProblemBatch:
             resolution=self.resolution,
             warm_start=warm,
         )
+
+
+def fitting_loss(distances: Array, power: float, noise: float, alpha0: float) -> BoolArray:
+    """Tell for which distances noise d^2 / (power alpha0^2) can be reckoned with."""
+    size = np.log(noise / power) + 2.0 * np.log(distances / alpha0)
+    fits: BoolArray = np.abs(size) <= math.log(MOST_LOSS)
+    return fits
+
+
+def _radio(scalars: dict[str, float]) -> dict[str, float]:
+    return {name: scalars[name] for name in ("power", "noise", "alpha0")}
 
 
 def _vector(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.beamforming.coverage import coverage_steps
-from echobeam.beamforming.fast import LEAST_ANTENNAS
-from echobeam.beamforming.problem import ProblemBatch
+from echobeam.beamforming.fast import LEAST_ANTENNAS, LEAST_RIPPLE
+from echobeam.beamforming.problem import LEAST, MOST, ProblemBatch, fitting_loss
 from echobeam.values import BoolArray, IntArray
 
 MOST_POINTS = 4000
@@ -39,18 +39,22 @@ def _key(batch: ProblemBatch, trial: int) -> bytes:
 
 
 def sound_trials(batch: ProblemBatch) -> BoolArray:
-    """Return the trials that can be designed together: values in range and grids of common size.
+    """Return the trials that can be designed together: values and grids that the solver takes.
 
     The ranges are those of `BeamProblem`, which says in words what is wrong with the others.
     """
-    scalars = np.array([batch.power, batch.noise, batch.alpha0, batch.spacing, batch.resolution])
-    if not np.all(np.isfinite(scalars) & (scalars > 0.0)) or batch.n_tx < LEAST_ANTENNAS:
+    names = ("power", "noise", "alpha0", "spacing", "resolution")
+    fits = all(LEAST <= getattr(batch, name) <= MOST[name] for name in names)
+    if not fits or batch.n_tx < LEAST_ANTENNAS:
         return np.zeros(len(batch), dtype=bool)
     halfwidths, distances = batch.coverage_halfwidths, batch.distances
-    good = np.isfinite(batch.angles) & np.isfinite(distances) & (distances > 0.0)
+    good = np.isfinite(batch.angles) & (distances >= LEAST) & (distances <= MOST["distances"])
+    near = np.where(good, distances, 1.0)
+    good &= fitting_loss(near, batch.power, batch.noise, batch.alpha0) | ~good
     good &= (halfwidths >= 0.0) & (halfwidths <= np.pi / 2)
-    for each in (batch.ripple, batch.min_rate):
-        good &= np.isfinite(each) & (each >= 0.0)
+    for name, each in (("ripple", batch.ripple), ("min_rate", batch.min_rate)):
+        good &= (each == 0.0) | ((each >= LEAST) & (each <= MOST[name]))
+    good &= (batch.ripple >= LEAST_RIPPLE) | (halfwidths == 0.0)
     narrow = np.where(good, halfwidths, 0.0)
     good &= 2.0 * coverage_steps(narrow, batch.resolution) + 1.0 <= MOST_POINTS
     sound: BoolArray = np.all(good | ~batch.active, axis=-1)
