@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from echobeam.reproduction import estimates
-from echobeam.reproduction.records import Claim, Estimate, Finding, Measured, Rule
+from echobeam.reproduction.records import Claim, Entry, Estimate, Finding, Measured, Rule
 from echobeam.reproduction.report import document, page, written
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.rules import all_above, all_below, inside, near, within
@@ -157,3 +157,16 @@ def test_claims_are_strict_json_whatever_was_measured():
     assert "| t7-1 | **c**: text | 105 to 110 m | 107.0 (104.0 to 110.0) m | reproduced |" in page(
         found, Results([], 20, 0)
     )
+
+
+def test_the_sensitivity_map_is_judged_by_the_headline_rule():
+    entries = [
+        Entry("one object", "P_T = 2", Estimate(150.0, 130.0, 170.0), 136.0),
+        Entry("one object", "exact CRB", Estimate(61.0, 40.0, 82.0), 136.0),
+        Entry("one object", "needle", Estimate(20.0, -5.0, 45.0), 136.0),
+    ]
+    text = page([], Results([], 20, 0), entries)
+    assert "| one object | P_T = 2 | 150 (130 to 170) % | 136.0 % | reproduced |" in text
+    assert "| exact CRB | 61 (40 to 82) % | 136.0 % | in part |" in text
+    assert "| needle | 20 (-5 to 45) % | 136.0 % | not reproduced |" in text
+    assert "Sensitivity" not in page([], Results([], 20, 0))

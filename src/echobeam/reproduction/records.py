@@ -70,6 +70,26 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True)
+class Entry:
+    """One row of the sensitivity map.
+
+    Attributes
+    ----------
+    objects, change
+        Which headline, and what was changed from the default reading.
+    improvement
+        In the paper's slot, per cent.
+    paper
+        The paper's value, per cent.
+    """
+
+    objects: str
+    change: str
+    improvement: Estimate
+    paper: float
+
+
+@dataclass(frozen=True, slots=True)
 class Rule:
     """How a verdict follows from what was measured.
 

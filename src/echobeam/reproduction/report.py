@@ -7,8 +7,9 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from echobeam.reproduction.records import Estimate, Finding, Verdict
+from echobeam.reproduction.records import Entry, Estimate, Finding, Measured, Verdict
 from echobeam.reproduction.results import Results
+from echobeam.reproduction.rules import near
 from echobeam.reproduction.setups import CALIBRATED
 from echobeam.store.writing import replacing
 from echobeam.version import __version__
@@ -16,11 +17,16 @@ from echobeam.version import __version__
 VERDICTS: tuple[Verdict, ...] = ("reproduced", "in part", "not reproduced")
 
 
-def write_claims(findings: Sequence[Finding], results: Results, directory: Path) -> None:
+def write_claims(
+    findings: Sequence[Finding],
+    results: Results,
+    directory: Path,
+    sensitivity: Sequence[Entry] = (),
+) -> None:
     """Write both files, each whole or not at all."""
     texts = {
         "claims.json": json.dumps(document(findings), indent=1, allow_nan=False) + "\n",
-        "claims.md": page(findings, results),
+        "claims.md": page(findings, results, sensitivity),
     }
     for name, text in texts.items():
         with replacing(directory / name) as temporary:
@@ -50,8 +56,8 @@ def _number(value: float) -> float | None:
     return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
-def page(findings: Sequence[Finding], results: Results) -> str:
-    """Return the findings as a table to read, and below it every reading and rule."""
+def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[Entry] = ()) -> str:
+    """Return the findings as a table to read, the sensitivity map, every reading and rule."""
     counts = [sum(one.verdict == verdict for one in findings) for verdict in VERDICTS]
     said = ", ".join(f"{count} {verdict}" for count, verdict in zip(counts, VERDICTS, strict=True))
     lines = [
@@ -68,9 +74,31 @@ def page(findings: Sequence[Finding], results: Results) -> str:
         "|---|---|---|---|---|",
     ]
     lines += [_row(finding) for finding in findings]
+    lines += _map(sensitivity)
     lines += ["", "## Readings and rules", ""]
     lines += [_paragraph(finding) for finding in findings]
     return "\n".join(lines) + "\n"
+
+
+def _map(sensitivity: Sequence[Entry]) -> list[str]:
+    """Return the sensitivity map as a table, judged by the rule of the headline claims."""
+    if not sensitivity:
+        return []
+    return [
+        "",
+        "## Sensitivity of the headline improvements",
+        "",
+        "Improvement in slot 6, one reading changed at a time from the default; judged by the "
+        "headline claims' rule.",
+        "",
+        "| Scenario | Reading | Ours | Paper | Verdict |",
+        "|---|---|---|---|---|",
+        *(
+            f"| {one.objects} | {one.change} | {written(one.improvement, '%')} | {one.paper} % | "
+            f"{near(one.paper).decide(Measured({'improvement': one.improvement}))} |"
+            for one in sensitivity
+        ),
+    ]
 
 
 def _row(finding: Finding) -> str:
@@ -105,6 +133,8 @@ def written(estimate: Estimate, unit: str = "") -> str:
 
 def _decimals(estimate: Estimate) -> int:
     """Return decimals that show two digits of the interval's half-width, or three in all."""
+    if not estimate.random and estimate.value == round(estimate.value, 0):
+        return 0
     half, size = (estimate.high - estimate.low) / 2, abs(estimate.value)
     scale = half if estimate.random and math.isfinite(half) else size / 10
     if not math.isfinite(scale) or scale == 0:

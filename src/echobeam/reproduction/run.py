@@ -8,6 +8,7 @@ from pathlib import Path
 
 from echobeam.plots import save
 from echobeam.reproduction.catalogue import CLAIMS, choose
+from echobeam.reproduction.figures import sensitivity
 from echobeam.reproduction.records import Figure, Finding
 from echobeam.reproduction.report import write_claims
 from echobeam.reproduction.results import Outcome, Results
@@ -71,7 +72,8 @@ def reproduce(task: Reproduction, progress: Progress = lambda done, total: None)
     findings = [
         Finding(claim, claim.measure(results)) for claim in CLAIMS if claim.figure in chosen
     ]
-    write_claims(findings, results, task.out)
+    mapped = sensitivity.entries(results) if sensitivity.FIGURE.id in chosen else []
+    write_claims(findings, results, task.out, mapped)
     return findings
 
 

@@ -160,5 +160,5 @@ def varied(base: str, variation: Variation) -> Setup:
         f"paper-{base}",
         ("temporal", variation.against),
         (*_array(30), *variation.overrides),
-        share=0.15,
+        share=0.3 if base == "single" else 0.15,
     )

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from echobeam.plots import style
 from echobeam.reproduction import drawing as draw_as
 from echobeam.reproduction.estimates import gain_percent
 from echobeam.reproduction.figures.rates import PANELS
-from echobeam.reproduction.records import Estimate, Figure, Picture
+from echobeam.reproduction.records import Entry, Estimate, Figure, Picture
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import VARIATIONS, Setup, multi, single, varied
 from echobeam.reproduction.tables import Table
 from echobeam.simulation.summary import REFERENCE_SLOT
-
-
-class Entry(NamedTuple):
-    """One row of the map: what was changed from the default reading, and the improvement."""
-
-    objects: str
-    change: str
-    improvement: Estimate
 
 
 def setups() -> tuple[Setup, ...]:
@@ -39,10 +29,10 @@ def setups() -> tuple[Setup, ...]:
 def entries(results: Results) -> list[Entry]:
     """Return the map, the default reading of each panel first."""
     found = []
-    for base, (default, panel, _) in zip(("multi", "single"), PANELS, strict=True):
-        found.append(Entry(panel, "default reading", improvement(results, default)))
+    for base, (default, panel, paper) in zip(("multi", "single"), PANELS, strict=True):
+        found.append(Entry(panel, "default reading", improvement(results, default), paper))
         found += [
-            Entry(panel, variation.label, improvement(results, varied(base, variation)))
+            Entry(panel, variation.label, improvement(results, varied(base, variation)), paper)
             for variation in VARIATIONS
             if base in variation.bases
         ]
