@@ -9,7 +9,7 @@ pattern is exact; that the nodes stand for the whole interval costs optimality o
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -41,9 +41,12 @@ class BeamSet:
     low, high
         ``(S,)`` rad: phase interval of the cover.
     points
-        ``(S, m)``: grid points imposed at first; those beyond need are the centre.
+        ``(S, m)``: grid points imposed. The first ones stay, the last ``spare`` are for what turns
+        out to be missed. Those not needed are the centre.
     ripple
         ``(S,)``: B_k / N.
+    spare
+        Number of points that may be replaced.
     """
 
     basis: Array
@@ -54,6 +57,7 @@ class BeamSet:
     high: Array
     points: IntArray
     ripple: Array
+    spare: int
 
     @property
     def n_tx(self) -> int:
@@ -62,7 +66,8 @@ class BeamSet:
 
     def taken(self, index: IntArray) -> BeamSet:
         """Return some of the beams."""
-        return BeamSet(*(getattr(self, field.name)[index] for field in fields(self)))
+        arrays = (field.name for field in fields(self) if field.name != "spare")
+        return replace(self, **{name: getattr(self, name)[index] for name in arrays})
 
     def reduced(self, phases: Array) -> tuple[Array, Array]:
         """Return unit steering vectors at ``(S, J)`` as ``(J, r - 1, S)`` and offset ``(J, S)``."""
@@ -140,17 +145,18 @@ def beam_set(phases: Array, mask: BoolArray, n_tx: int, ripple: Array, nodes: in
         others=others,
         low=low,
         high=high,
-        points=_first_points(mask, 2 * nodes + 1),
+        points=_first_points(mask, max(2 * nodes + 1, 6 * nodes - 23), nodes + 1),
         ripple=ripple.reshape(-1) / n_tx,
+        spare=nodes + 1,
     )
 
 
-def _first_points(mask: BoolArray, count: int) -> IntArray:
-    """Choose ``(S, count)`` grid points evenly, ends among them; repeated ones are the centre."""
+def _first_points(mask: BoolArray, count: int, spare: int) -> IntArray:
+    """Choose ``count`` grid points evenly, ends among them; repeated and spare ones the centre."""
     centre = mask.shape[1] // 2
     reach = (np.sum(mask, axis=1) - 1) // 2
     fraction = np.linspace(-1.0, 1.0, count)
     chosen = np.rint(reach[:, np.newaxis] * fraction).astype(np.int64)
     chosen[:, 1:] = np.where(chosen[:, 1:] == chosen[:, :-1], 0, chosen[:, 1:])
-    points: IntArray = chosen + centre
+    points: IntArray = np.pad(chosen, ((0, 0), (0, spare))) + centre
     return points

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -36,7 +36,7 @@ DONE_POWERS = 1e-9
 LIVE = 0.75
 """Finished trials leave the working set when no more than this part of it still works."""
 
-CURVED = 1e-6
+CURVED = 3e-5
 """How far from positive semidefinite a shape's dual matrix may be, relative to its diagonal."""
 
 
@@ -131,32 +131,36 @@ def _descend(
     """Step until every trial is settled or out of steps; return which are, and the steps taken."""
     n_trials, n_objects = powers.loss.shape
     settled = np.zeros(n_trials, dtype=bool)
-    steps = np.zeros(n_trials, dtype=np.int64)
-    wide = beams.points.shape[1] > 2 * WIDE_NODES
+    steps = np.full(n_trials, most, dtype=np.int64)
     live = np.arange(n_trials)
-    all_beams, work, work_powers = beams, shapes, powers
+    wide = beams.spare > WIDE_NODES
+    beams_now = replace(beams, points=beams.points.copy())
+    work_powers = powers.taken(live)
+    work = shapes.taken(np.arange(shapes.target.size))
     for count in range(1, most + 1):
         before = work.barrier
         barrier.step(work, _weights(work_powers.level), LAST_BARRIER)
         uplink.step(work_powers, *_uplink_view(work, n_objects))
-        steps[live] = count
         ready = _ready(work, work_powers)
         look = np.repeat(ready, n_objects)
         if wide:
             look |= work.barrier < before
-        worst = _look(beams, work, np.flatnonzero(look))
+        worst = _look(beams_now, work, np.flatnonzero(look))
         ready &= np.max(worst.reshape(-1, n_objects), axis=1) < cuts.MISSED
-        if count < most and np.sum(~ready) > LIVE * live.size:
-            continue
-        if work is not shapes:
-            shapes.put(_beams_of(live, n_objects), work)
-            powers.put(live, work_powers)
-        settled[live] = ready
-        live = live[~ready]
-        if not live.size:
+        # What a settled trial does from here on, while others still work, is not recorded.
+        new = np.flatnonzero(ready & ~settled[live])
+        settled[live[new]], steps[live[new]] = True, count
+        if count == most:
+            new = np.union1d(new, np.flatnonzero(~settled[live]))
+        shapes.put(_beams_of(live[new], n_objects), work.taken(_beams_of(new, n_objects)))
+        powers.put(live[new], work_powers.taken(new))
+        left = np.flatnonzero(~settled[live])
+        if not left.size:
             break
-        which = _beams_of(live, n_objects)
-        beams, work, work_powers = all_beams.taken(which), shapes.taken(which), powers.taken(live)
+        if left.size <= LIVE * live.size:
+            which = _beams_of(left, n_objects)
+            beams_now, work = beams_now.taken(which), work.taken(which)
+            work_powers, live = work_powers.taken(left), live[left]
     return settled, steps
 
 

@@ -61,12 +61,12 @@ def impose(beams: BeamSet, shapes: Shapes, excess: Array) -> None:
         ``(G, S)``: `relative_excess`.
     """
     near = np.clip(NEAR * np.sqrt(shapes.barrier), LEAST_NEAR, MOST_NEAR)
-    points = beams.points.T
     wanted = np.where(_peaks(excess), excess, -np.inf)
-    np.put_along_axis(wanted, points, -np.inf, axis=0)
-    room = min(points.shape[0], wanted.shape[0]) - 1
+    np.put_along_axis(wanted, beams.points.T, -np.inf, axis=0)
+    first = beams.points.shape[1] - beams.spare
+    given = np.take_along_axis(excess, beams.points[:, first:].T, axis=0)
+    room = min(given.shape[0], wanted.shape[0])
     order = np.argsort(-wanted, axis=0, kind="stable")[:room]
-    given = np.take_along_axis(excess, points, axis=0)
     idle = np.argsort(given, axis=0, kind="stable")[:room]
     urgent = np.take_along_axis(wanted, order, axis=0)
     slack = -np.take_along_axis(given, idle, axis=0)
@@ -75,7 +75,7 @@ def impose(beams: BeamSet, shapes: Shapes, excess: Array) -> None:
         which = np.flatnonzero(worth[rank])
         if not which.size:
             break
-        beams.points[which, idle[rank, which]] = order[rank, which]
+        beams.points[which, first + idle[rank, which]] = order[rank, which]
     _refresh(beams, shapes, np.any(worth, axis=0))
 
 
