@@ -118,6 +118,7 @@ def test_a_solver_that_lies_is_found_out(monkeypatch: pytest.MonkeyPatch) -> Non
         {"angles": np.array([0.0, 180.0]) * DEG},
         {"angles": np.array([75.0, 75.001]) * DEG, "power": 1e6},
         {"n_tx": 1},
+        {"n_tx": 1, "angles": np.zeros(2), "distances": [4746.0, 4746.0], "power": 1e-8},
         {"n_tx": 2, "coverage_halfwidths": np.array([20.0, 20.0]) * DEG},
         {"distances": [1e-3, 1e5]},
         {"power": 1e-12},

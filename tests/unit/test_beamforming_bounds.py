@@ -100,3 +100,12 @@ def test_no_linear_beams_beat_the_dirty_paper_bound(seed: int) -> None:
     own = np.diagonal(gains, axis1=1, axis2=2)
     reached = np.log2(1 + own / (gains.sum(axis=2) - own + loss)).sum(axis=1)
     assert reached.max() <= bound
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e-8, 1e-12])
+def test_dirty_paper_bound_holds_where_digits_are_few(scale: float) -> None:
+    # Objects of one direction: the better one alone, known in closed form, whatever the digits.
+    channels = real_steering(np.zeros(3), 3)
+    bound = dirty_paper_bound(channels, scale * np.array([1.0, 1.0, 1e4]), 300)
+    capacity = np.log2(1 + 3 / scale)
+    assert capacity <= bound <= capacity * (1 + 1e-3)

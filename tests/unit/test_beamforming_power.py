@@ -90,3 +90,8 @@ def test_settle_of_floors_out_of_reach_ends_and_stays_in_the_budget() -> None:
     powers = settle(np.full((2, 2), 3.0), np.ones(2), np.full(2, 9.0), np.array([0.5, 0.5]))
     assert np.all(np.isfinite(powers))
     assert powers.sum() <= 1.0 + 1e-12
+
+
+def test_water_filling_keeps_its_digits_however_strong_the_noise() -> None:
+    powers, _ = water_filling(np.array([4.0, 4.0, 2.0]), np.full(3, 1e18), np.zeros(3))
+    np.testing.assert_allclose(powers, [0.5, 0.5, 0.0], rtol=1e-12)

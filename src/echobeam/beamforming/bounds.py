@@ -16,6 +16,10 @@ ROUNDING = 1e-12
 """Relative allowance for rounding, far above what evaluating these formulas can lose."""
 
 
+DIGITS = 2e-15
+"""What one operation of a triangular factorisation can lose, with room to spare."""
+
+
 def gain_bound(centre: Array, cover: Array, ripple: float, above: Array, below: Array) -> float:
     """Return a bound on |a^H(theta_k) w|^2 / |w|^2 over all beams that keep the coverage (38f).
 
@@ -87,18 +91,19 @@ def dirty_paper_bound(channels: Array, loss: Array, steps: int = 60) -> float:
         Multiplicative steps towards the best q.
     """
     scaled = channels / np.sqrt(loss)[:, np.newaxis]
-    gram = scaled @ scaled.T
+    _, vectors = np.linalg.qr(scaled.T)
+    size = len(vectors)
     powers = np.full(loss.size, 1.0 / loss.size)
+    # A triangular factor and not the matrix itself: its condition is the root of the matrix's.
+    strongest = float(np.max(np.sum(scaled**2, axis=1)))
+    digits = ROUNDING + DIGITS * (size + loss.size) * float(np.sqrt(1.0 + strongest))
     best = np.inf
     for _ in range(steps):
-        root = np.sqrt(powers)
-        matrix = np.eye(loss.size) + root[:, np.newaxis] * gram * root
-        inverse = np.linalg.inv(matrix)
-        slope = np.diagonal(gram) - np.einsum(
-            "ki,ij,jk->k", gram * root, inverse, root[:, np.newaxis] * gram
-        )
-        _, logdet = np.linalg.slogdet(matrix)
+        _, upper = np.linalg.qr(np.concatenate([np.eye(size), (vectors * np.sqrt(powers)).T]))
+        slope = np.sum(np.linalg.solve(upper.T, vectors) ** 2, axis=0)
+        logdet = 2.0 * float(np.sum(np.log(np.abs(np.diagonal(upper)))))
         mean = float(powers @ slope)
-        best = min(best, float(logdet) + float(np.max(slope)) - mean)
+        rounding = digits * (float(np.max(slope)) + mean + size)
+        best = min(best, logdet + float(np.max(slope)) - mean + rounding)
         powers = powers * slope / mean
-    return float(best / np.log(2.0)) * (1.0 + ROUNDING) + ROUNDING * loss.size
+    return float(best / np.log(2.0)) * (1.0 + ROUNDING)

@@ -30,7 +30,9 @@ def water_filling(gains: Array, loss: Array, least: Array) -> tuple[Array, float
     powers, level
         ``(K,)``, max(least, level - loss / gain), summing to 1; and the water level.
     """
-    ground = loss / gains
+    # Counted from the lowest ground: where noise is many times the power, digits would be lost.
+    bottom = float(np.min(loss / gains))
+    ground = loss / gains - bottom
     threshold = least + ground
     order = np.argsort(threshold)
     rising = np.arange(1, order.size + 1)
@@ -38,7 +40,7 @@ def water_filling(gains: Array, loss: Array, least: Array) -> tuple[Array, float
     levels = (1.0 - dry + np.cumsum(ground[order])) / rising
     count = int(np.sum(levels >= threshold[order]))
     level = float(levels[max(count, 1) - 1])
-    return np.maximum(least, level - ground), level
+    return np.maximum(least, level - ground), level + bottom
 
 
 def least_powers(gains: Array, loss: Array, threshold: Array) -> Array | None:

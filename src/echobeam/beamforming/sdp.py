@@ -96,6 +96,9 @@ def improve(model: Model, start: Design) -> Design | None:
         change = model_gains(model, step.covariances) - gains
         part = 1.0 if count == 0 else _best_part(model, gains, change)
         risen = float(sum_rate(gains + part * change, model.loss))
+        if risen <= 0.0:
+            # Beams without power, from a solver at the end of its digits.
+            return None if count == 0 else design
         rise, promised = risen - value, _promised(model, gains, change)
         solves = design.solves + step.solves
         if count > 0 and rise <= 0.0:
