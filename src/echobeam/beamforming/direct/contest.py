@@ -54,11 +54,12 @@ def settle(trials: Trials, found: Found, cold: IntArray, chirp: float, most: int
     step = max(1, most // (n_objects * table.shape[0]))
     for begin in range(0, contested.size, step):
         part = contested[begin : begin + step]
-        shares = np.tile(table, (part.size, 1))
-        probed = probe(trials.taken(np.repeat(part, table.shape[0])), chirp, shares)
-        shape = (part.size, table.shape[0])
-        for which, share in _followed(probed[0].reshape(*shape, -1), probed[1].reshape(shape)):
-            found.put(part[which], climb(trials.taken(part[which]), chirp, share=share))
+        count = table.shape[0]
+        probed = trials.taken(np.repeat(part, count))
+        share, value = probe(probed, chirp, np.tile(table, (part.size, 1)))
+        for which, row in _followed(share.reshape(-1, count, n_objects), value.reshape(-1, count)):
+            again = climb(trials.taken(part[which]), chirp, share=table[row])
+            found.put(part[which], again)
 
 
 def _table(n_objects: int) -> Array:
@@ -75,12 +76,18 @@ def _table(n_objects: int) -> Array:
     return shares
 
 
-def _followed(share: Array, value: Array) -> Iterator[tuple[IntArray, Array]]:
-    """Give, best first, which trials have another start worth following, and its share."""
+def _followed(share: Array, value: Array) -> Iterator[tuple[IntArray, IntArray]]:
+    """Give, best first, which trials have another start worth following, and which start.
+
+    Parameters
+    ----------
+    share, value
+        ``(T, J, K)``, ``(T, J)``: where each start has led so far.
+    """
     order = np.argsort(-value, axis=1, kind="stable")
     share = np.take_along_axis(share, order[:, :, np.newaxis], axis=1)
     value = np.take_along_axis(value, order, axis=1)
-    good = value >= (1.0 - PROMISING) * value[:, :1]
+    good = np.isfinite(value) & (value >= (1.0 - PROMISING) * value[:, :1])
     for rank in range(1, share.shape[1]):
         apart = np.abs(share[:, :rank] - share[:, rank, np.newaxis]).max(axis=2)
         good[:, rank] &= ~np.any((apart < ALIKE) & good[:, :rank], axis=1)
@@ -88,4 +95,4 @@ def _followed(share: Array, value: Array) -> Iterator[tuple[IntArray, Array]]:
     for rank in range(share.shape[1]):
         which = np.flatnonzero(good[:, rank])
         if which.size:
-            yield which, share[which, rank]
+            yield which, order[which, rank]

@@ -86,7 +86,7 @@ def start_uplink(loss: Array, threshold: Array, share: Array | None = None) -> U
         loss=loss,
         threshold=threshold,
         scale=np.log1p(1.0 / np.min(loss, axis=1)),
-        share=share,
+        share=share.copy(),
         price=np.full(loss.shape, FIRST_GAP),
         level=share / loss,
         factor=np.ones(n_trials),
