@@ -6,11 +6,14 @@ import hashlib
 import json
 import shutil
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
+from echobeam.faults import InputError, RunError
 from echobeam.simulation.blocks import Block
 from echobeam.store.writing import StoreError, replacing
 
@@ -149,6 +152,27 @@ class BlockFiles:
         """Say how much of an unfinished run is there, and how to go on."""
         done = count - len(self.missing(count))
         return f"{done} of {count} blocks are kept in {self.directory}; go on with --resume"
+
+    @contextmanager
+    def keeping(self, count: int) -> Iterator[None]:
+        """Say of whatever ends the work on ``count`` blocks too early what is kept.
+
+        Raises
+        ------
+        RunError
+            If the disk, the workers or the user ended it; wrong input passes as it is.
+        """
+        try:
+            yield
+        except InputError:
+            self.remove_if_empty()  # a scheme broke the rules: nothing to go on with
+            raise
+        except OSError as error:
+            raise RunError(f"{error.strerror or error}; {self.kept(count)}") from error
+        except RunError as error:
+            raise RunError(f"{error}; {self.kept(count)}") from error
+        except KeyboardInterrupt:
+            raise RunError(f"interrupted; {self.kept(count)}") from None
 
     def remove_if_empty(self) -> None:
         """Remove the directory if no block was finished."""

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from echobeam.faults import InputError, RunError
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.load import trace_path
 from echobeam.scenario.model import Scenario
@@ -104,19 +103,10 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     files.begin(_job(recording), resume=recording.resume, force=recording.force)
     blocks = tuple(cut(scenario, recording.trials))
     work = BlockWork(scenario, recording.schemes, recording.seed, blocks, files)
-    try:
+    with files.keeping(len(blocks)):
         do_all(work, recording.workers, progress)
         finished = (files.read(index) for index in range(len(blocks)))
         write_result(recording.out, scenario, names, recording.seed, recording.trials, finished)
-    except InputError:
-        files.remove_if_empty()  # a scheme broke the rules: nothing to go on with
-        raise
-    except OSError as error:
-        raise RunError(f"{error.strerror or error}; {files.kept(len(blocks))}") from error
-    except RunError as error:
-        raise RunError(f"{error}; {files.kept(len(blocks))}") from error
-    except KeyboardInterrupt:
-        raise RunError(f"interrupted; {files.kept(len(blocks))}") from None
     files.remove()
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from echobeam.faults import InputError, RunError
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.blocks import Block, cut, run_block
@@ -82,17 +81,13 @@ class Study:
         point = self.points[index]
         schemes = resolve_schemes(point.scenario, point.schemes)
         block = run_block(point.scenario, schemes, self.seed, trials, advance)
-        arrays = {name: np.asarray(value) for name, value in self._digest(block, point).items()}
+        figures = digest(block.arrays, point.scenario)
         kept = {KEPT + name: block.arrays[name] for name in point.keep}
-        return Block(block.first, {**arrays, **kept})
+        return Block(block.first, {**figures, **kept})
 
     def write(self, task: int, block: Block) -> None:
         """Write a finished task's arrays."""
         self.files.write(task, block)
-
-    @staticmethod
-    def _digest(block: Block, point: Point) -> Digest:
-        return digest(block.arrays, point.scenario)
 
     def digests(self) -> list[Digest]:
         """Return the digest of every point, its blocks joined in order."""
@@ -143,18 +138,8 @@ def run_study(
         resolve_schemes(point.scenario, point.schemes)
         plan_motion(point.scenario, study.seed, range(1))
     study.files.begin(_job(study.points, study.seed), resume=resume, force=force)
-    count = len(study.tasks())
-    try:
+    with study.files.keeping(len(study.tasks())):
         do_all(study, workers, progress)
-    except InputError:
-        study.files.remove_if_empty()
-        raise
-    except OSError as error:
-        raise RunError(f"{error.strerror or error}; {study.files.kept(count)}") from error
-    except RunError as error:
-        raise RunError(f"{error}; {study.files.kept(count)}") from error
-    except KeyboardInterrupt:
-        raise RunError(f"interrupted; {study.files.kept(count)}") from None
 
 
 def _job(points: Sequence[Point], seed: int) -> Job:
