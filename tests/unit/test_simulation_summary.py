@@ -3,8 +3,12 @@ import pytest
 from scipy import stats
 
 import echobeam as eb
-from echobeam.simulation.bound import with_bound
+from echobeam.estimation.bound import posterior_bound
+from echobeam.physics import motion
+from echobeam.simulation.bound import bound_of, bound_terms, with_bound
 from echobeam.simulation.summary import improvement, mean_interval, ratio_of_means, summarise
+from echobeam.tracking.evolution import evolution_jacobian
+from echobeam.tracking.measurement import measurement_jacobian
 
 SCENARIO = eb.load_scenario("paper-multi")
 
@@ -80,6 +84,92 @@ def test_no_filter_beats_the_posterior_bound():
     assert (rmse > limit * (1 - 5 / np.sqrt(400))).all()
     assert (rmse < limit * 1.5).all()
     assert np.isnan(bound.sel(scheme="pilot-needle").values).all()
+
+
+def test_errors_over_the_bound_are_errors_over_the_bound(result):
+    """Against the two curves of the tracking picture, which share the weights of the objects."""
+    figures = summarise(result, SCENARIO)
+    bound = with_bound(result, SCENARIO)["bound"]
+    error = result["estimated"] - result["truth"]
+    for name, state in (("angle_over_bound", "angle"), ("distance_over_bound", "distance")):
+        square = (error.sel(state=state, scheme="omni") ** 2).mean(("trial", "object"))
+        least = (bound.sel(state=state, scheme="omni") ** 2).mean("object")
+        known = np.sqrt(square / least)
+        np.testing.assert_allclose(getattr(figures["omni"], name), known, rtol=1e-9)
+        assert np.isnan(getattr(figures["pilot-needle"], name)).all()
+
+
+def test_a_bound_is_the_same_from_sums_over_blocks_as_from_all_trials_at_once():
+    """Sums of two blocks, with scattered truths, against the centred recursion on all of them."""
+    scenario = eb.load_scenario(
+        "paper-multi", {"radio.power": 1000.0, "truth.process_noise": True, "frame.frames": 2}
+    )
+    result = eb.simulate(scenario, ["omni"], trials=9, seed=2)
+    arrays = {name: result[name].values for name in ("truth", "measured_var", "predicted_cov")}
+    halves = [
+        bound_terms({k: v[cut] if k == "truth" else v[:, cut] for k, v in arrays.items()}, scenario)
+        for cut in (slice(0, 4), slice(4, 9))
+    ]
+    from_sums = bound_of(
+        {name: (halves[0][name] + halves[1][name])[0] for name in halves[0]}, scenario
+    )
+    path = motion.uav_path(100.0, 15.0, -np.pi / 2, 0.01, 20)
+    flown = path.speed[:, None], path.heading[:, None]
+    G = evolution_jacobian(
+        arrays["truth"][:, :-1], flown[0][:-1], flown[1][:-1], scenario.frame.slot, "exact"
+    )
+    H = measurement_jacobian(arrays["truth"], *flown, scenario.radio.carrier)
+    std = [scenario.filter.angle_std, scenario.filter.distance_std, scenario.filter.velocity_std]
+    at_once = posterior_bound(G, np.diag(std) ** 2, H, arrays["measured_var"][0])
+    expected = np.sqrt(np.diagonal(at_once, axis1=-2, axis2=-1))
+    np.testing.assert_allclose(from_sums, expected, rtol=1e-6)
+    np.testing.assert_allclose(with_bound(result, scenario)["bound"].values[0], from_sums)
+
+
+def test_rates_over_the_genies_are_ratios_of_means():
+    result = eb.simulate("paper-single", ["genie", "omni", "water-filling"], trials=12, seed=5)
+    figures = summarise(result, eb.load_scenario("paper-single"))
+    rate = result["rate"].sum("object").mean("trial")
+    for name in ("omni", "water-filling"):
+        expected = rate.sel(scheme=name) / rate.sel(scheme="genie")
+        np.testing.assert_allclose(figures[name].rate_over_genie, expected)
+        assert figures[name].frame_rate_over_genie == pytest.approx(
+            float(rate.sel(scheme=name).mean() / rate.sel(scheme="genie").mean())
+        )
+        assert figures[name].frame_rate_over_genie < 1
+    np.testing.assert_allclose(figures["genie"].rate_over_genie, 1.0)
+    assert np.isnan(figures["genie"].angle_over_bound).all()  # it needs no measurement
+
+
+def test_without_a_genie_nothing_is_over_it(result):
+    figures = summarise(result, SCENARIO)["omni"]
+    assert np.isnan(figures.rate_over_genie).all()
+    assert np.isnan(figures.frame_rate_over_genie)
+
+
+def test_no_objects_have_figures_that_are_not_numbers():
+    scenario = eb.load_scenario("paper-single").model_copy(update={"objects": ()})
+    result = eb.simulate(scenario, ["omni", "genie"], trials=2)
+    figures = summarise(result, scenario)["omni"]
+    for name in ("angle_rmse", "angle_over_bound", "distance_over_bound", "nees", "nis"):
+        assert np.isnan(getattr(figures, name)).all()
+    assert np.isnan(figures.rate_over_genie).all()
+    np.testing.assert_array_equal(figures.rate_mean, 0.0)
+
+
+def test_the_objects_of_a_trace_have_no_bound():
+    scenario = eb.load_scenario("traffic", {"frame.frames": 2})
+    result = eb.simulate(scenario, ["omni"], trials=2)
+    figures = summarise(result, scenario)["omni"]
+    assert np.isnan(figures.angle_over_bound).all()
+    assert np.isfinite(figures.angle_rmse).all()
+
+
+def test_the_order_of_dimensions_does_not_change_a_summary(result):
+    turned = summarise(result.transpose(*reversed(list(result.sizes))), SCENARIO)
+    for name, figures in summarise(result, SCENARIO).items():
+        np.testing.assert_array_equal(turned[name].nees, figures.nees)
+        np.testing.assert_array_equal(turned[name].angle_over_bound, figures.angle_over_bound)
 
 
 def test_an_honest_filter_is_found_honest():

@@ -42,6 +42,7 @@ def test_a_point_is_the_run_of_its_scenario(swept):
             at = point.sel(scheme=name)
             assert float(at["frame_rate_mean"]) == figures.frame_rate_mean
             np.testing.assert_array_equal(at["nis"].values, figures.nis)
+            np.testing.assert_array_equal(at["angle_over_bound"].values, figures.angle_over_bound)
             np.testing.assert_array_equal(
                 at["frame_rate_interval"].values, figures.frame_rate_interval
             )
@@ -54,6 +55,13 @@ def test_a_tidy_csv_has_a_row_per_point_and_scheme(swept, tmp_path):
     assert len(rows) == 8
     assert rows[0]["objects.0.angle"] == "60 deg"
     assert {"frame_rate_mean", "frame_rate_low", "frame_rate_high", "outage"} <= set(rows[0])
+    last = swept[2].isel({"radio.power": 1, "objects.0.angle": 1}).sel(scheme="omni")
+    (row,) = [
+        row for row in rows[4:] if (row["objects.0.angle"], row["scheme"]) == ("45 deg", "omni")
+    ]
+    for name in ("angle_over_bound", "distance_over_bound", "nees"):
+        assert float(row[name]) == pytest.approx(float(last[name].mean()))
+    assert row["frame_rate_over_genie"] == ""
 
 
 def test_a_grid_opens_from_its_file(swept, tmp_path):

@@ -43,24 +43,58 @@ def posterior_bound(
         ``(n, K, S, S)``. Infinite variances, and NaN covariances, as long as the measurements
         do not determine the state.
     """
-    measured = _measured_information(H, variance)
+    trials = H.shape[0]
+    F = np.mean(G, axis=0)
+    return information_bound(
+        measured_information(H, variance) / trials,
+        F,
+        motion_square(np.where(np.isfinite(F), G - F, 0.0), Q) / trials,
+        Q,
+        information,
+    )
+
+
+def information_bound(
+    measured: Array, F: Array, scatter: Array, Q: Array, information: Array | None = None
+) -> Array:
+    """Return the bound of `posterior_bound` from expectations that were taken before.
+
+    Parameters
+    ----------
+    measured
+        ``(n, K, S, S)``: E[H^T R^-1 H].
+    F, scatter
+        ``(n - 1, K, S, S)``: E[G] and E[(G - F)^T Q^-1 (G - F)]; see `motion_square`.
+    Q, information
+        As in `posterior_bound`.
+    """
     J = measured[0] if information is None else information + measured[0]
     bounds = [_inverse(J)]
-    for slot in range(1, H.shape[1]):
-        J = _predicted_information(J, G[:, slot - 1], Q) + measured[slot]
+    for slot in range(1, len(measured)):
+        J = _predicted_information(J, F[slot - 1], scatter[slot - 1], Q) + measured[slot]
         bounds.append(_inverse(J))
     return np.stack(bounds)
 
 
-def _measured_information(H: Array, variance: Array) -> Array:
-    """Return E[H^T R^-1 H] over the trials, ``(n, K, S, S)``."""
+def measured_information(H: Array, variance: Array) -> Array:
+    """Return the sum of H^T R^-1 H over the trials, ``(n, K, S, S)``; H may be one for all."""
     used = np.isfinite(variance) & np.isfinite(H).all(axis=-1)
     rows = np.where(used[..., None], H, 0.0) / np.sqrt(np.where(used, variance, 1.0))[..., None]
-    information: Array = np.mean(np.swapaxes(rows, -1, -2) @ rows, axis=0)
+    information: Array = np.einsum("t...mi,t...mj->...ij", rows, rows)
     return information
 
 
-def _predicted_information(J: Array, G: Array, Q: Array) -> Array:
+def motion_square(G: Array, Q: Array) -> Array:
+    """Return the sum of G^T Q^-1 G over the trials, ``(n - 1, K, S, S)``.
+
+    Directions without process noise are left out: Q^-1 is the pseudoinverse.
+    """
+    weight = np.linalg.pinv(Q, hermitian=True)
+    square: Array = np.sum(np.swapaxes(G, -1, -2) @ weight @ G, axis=0)
+    return square
+
+
+def _predicted_information(J: Array, F: Array, scatter: Array, Q: Array) -> Array:
     """Return Q^-1 - D21 (J + D11)^-1 D12, in a form that inverts neither Q nor J.
 
     With E[G] = F and J~ = J + E[(G - F)^T Q^-1 (G - F)] this is (Q + F J~^-1 F^T)^-1, that is
@@ -68,12 +102,9 @@ def _predicted_information(J: Array, G: Array, Q: Array) -> Array:
     through directions without process noise is left out; trials that share one truth have none.
     """
     one = np.eye(Q.shape[0])
-    F = np.mean(G, axis=0)
-    absent = ~np.isfinite(F).all(axis=(-2, -1))[..., None, None]
-    scatter = np.where(absent, 0.0, G - F)
-    weighted = np.swapaxes(scatter, -1, -2) @ np.linalg.pinv(Q, hermitian=True) @ scatter
+    absent = ~np.isfinite(F).all(axis=(-2, -1), keepdims=True)
     back = np.linalg.inv(np.where(absent, one, F))
-    known = np.where(absent, 0.0, J + np.mean(weighted, axis=0))
+    known = np.where(absent, 0.0, J + scatter)
     M = np.swapaxes(back, -1, -2) @ known @ back
     predicted = M @ np.linalg.inv(one + Q @ M)
     symmetric: Array = 0.5 * (predicted + np.swapaxes(predicted, -1, -2))

@@ -16,8 +16,9 @@ from echobeam.estimation.consistency import nees, nis
 from echobeam.estimation.gaussian import wrap
 from echobeam.physics.motion import uav_path
 from echobeam.scenario.model import Scenario
+from echobeam.simulation.bound import bound_terms
 from echobeam.tracking.measurement import measurement_jacobian, predict_measurement
-from echobeam.values import Array, BoolArray
+from echobeam.values import STATE, Array, BoolArray
 
 Digest = dict[str, Array]
 
@@ -53,11 +54,12 @@ def digest(arrays: Mapping[str, npt.NDArray[np.generic]], scenario: Scenario) ->
     Returns
     -------
     dict
-        ``sum_rate`` (scheme, trial, slot); ``fallback`` (scheme, trial): slots; and sums over
-        trials and objects, (scheme, slot): ``squares_*`` and ``errors`` of the posterior,
-        ``nees``, ``nis`` with ``nees_count``, ``nis_degrees``, ``below``/``served`` (objects
-        below their floor), ``inside``/``covered`` (true angles inside the covered interval),
-        ``known``/``there`` (objects with a track).
+        ``sum_rate`` (scheme, trial, slot); ``fallback`` (scheme, trial): slots; sums over
+        trials, (scheme, slot, object): ``squares_*`` and ``errors`` of the posterior; sums over
+        trials and objects, (scheme, slot): ``nees``, ``nis`` with ``nees_count``,
+        ``nis_degrees``, ``below``/``served`` (objects below their floor), ``inside``/``covered``
+        (true angles inside the covered interval), ``known``/``there`` (objects with a track);
+        and what `bound_terms` gives.
     """
     present = np.asarray(arrays["present"], dtype=bool)
     rate = _floats(arrays["rate"])
@@ -72,7 +74,8 @@ def digest(arrays: Mapping[str, npt.NDArray[np.generic]], scenario: Scenario) ->
         "known": _count(present & known),
         "there": _count(np.broadcast_to(present, rate.shape)),
     }
-    return figures | _errors(arrays) | _innovations(arrays, scenario) | _cover(arrays, scenario)
+    figures |= _errors(arrays) | _innovations(arrays, scenario) | _cover(arrays, scenario)
+    return figures | bound_terms(arrays, scenario)
 
 
 def join(digests: Sequence[Digest]) -> Digest:
@@ -118,10 +121,11 @@ def _errors(arrays: Mapping[str, npt.NDArray[np.generic]]) -> Digest:
         np.where(doubtful[..., None, None], cov, np.eye(3)),
     )
     return {
-        "errors": _count(np.isfinite(error[..., 0])),
-        "squares_angle": _total(error[..., 0] ** 2),
-        "squares_distance": _total(error[..., 1] ** 2),
-        "squares_velocity": _total(error[..., 2] ** 2),
+        "errors": np.isfinite(error[..., 0]).sum(axis=1).astype(float),
+        **{
+            f"squares_{name}": np.nansum(error[..., index] ** 2, axis=1)
+            for index, name in enumerate(STATE)
+        },
         "nees": _total(normalised),
         "nees_count": _count(np.isfinite(normalised)),
     }

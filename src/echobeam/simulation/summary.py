@@ -13,8 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.scenario.model import Scenario
+from echobeam.simulation.bound import TERMS, bound_of
+from echobeam.simulation.dataset import VARIABLES
 from echobeam.simulation.digest import NEEDED, Digest, digest, join
-from echobeam.values import Array
+from echobeam.values import STATE, Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +25,9 @@ CHUNK = 256
 CONFIDENCE = 0.95
 REFERENCE_SLOT = 6
 """The slot in which the paper states its improvement over the pilot scheme."""
+
+GENIE = "genie"
+"""The scheme whose rate bounds the others'."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +45,9 @@ class SchemeSummary:
         5 % quantile over trials and frames of a frame's mean sum rate.
     angle_rmse, distance_rmse
         ``(n,)`` rad, m: error of the posterior over trials and objects; NaN where there is none.
+    angle_over_bound, distance_over_bound
+        ``(n,)``: these errors over the posterior Cramer-Rao bound, 1 for an efficient filter on
+        what it measured; NaN where there is no bound (see `bound_of`).
     nees, nis
         ``(n,)``: normalised squared error of the posterior (3 for an honest filter) and squared
         innovation per measured component (1 for an honest filter); NaN where there is none.
@@ -52,6 +60,9 @@ class SchemeSummary:
         Share of objects in the scene that are not known in a trial's last slot.
     fallbacks
         Number of trial-slots whose beams were a fallback.
+    rate_over_genie, frame_rate_over_genie
+        ``(n,)`` and of the mean over slots: mean sum rate over that of the scheme ``genie``; NaN
+        without it.
     """
 
     rate_mean: Array
@@ -61,12 +72,16 @@ class SchemeSummary:
     frame_rate_q05: float
     angle_rmse: Array
     distance_rmse: Array
+    angle_over_bound: Array
+    distance_over_bound: Array
     nees: Array
     nis: Array
     coverage: float
     outage: float
     lost: float
     fallbacks: int
+    rate_over_genie: Array
+    frame_rate_over_genie: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,21 +105,53 @@ class Improvement:
 
 def summarise(result: xr.Dataset, scenario: Scenario) -> dict[str, SchemeSummary]:
     """Return the figures of every scheme of a result, read in chunks of trials."""
-    parts = [
-        digest({name: part[name].values for name in NEEDED}, scenario) for part in _chunks(result)
-    ]
     names = [str(name) for name in result["scheme"].values]
-    return summarise_digest(join(parts), names, scenario)
+    return summarise_digest(digest_result(result, scenario), names, scenario)
+
+
+def digest_result(result: xr.Dataset, scenario: Scenario) -> Digest:
+    """Return the digest of a result, read in chunks of trials."""
+    return join([digest(arrays, scenario) for arrays in _chunks(result)])
 
 
 def summarise_digest(
     whole: Digest, names: Sequence[str], scenario: Scenario
 ) -> dict[str, SchemeSummary]:
     """Return the figures of every scheme from a run's digest."""
+    genie = whole["sum_rate"][names.index(GENIE)] if GENIE in names else None
     return {
-        name: _summarise_scheme({key: value[index] for key, value in whole.items()}, scenario)
+        name: _summarise_scheme(scheme_digest(whole, index), scenario, genie)
         for index, name in enumerate(names)
     }
+
+
+def scheme_digest(whole: Digest, index: int) -> Digest:
+    """Return one scheme's part of a digest, without the leading axis."""
+    return {key: value[index] for key, value in whole.items()}
+
+
+def over_bound(part: Digest, component: str, scenario: Scenario) -> Array:
+    """Return one scheme's RMSE over the posterior Cramer-Rao bound, ``(n,)``.
+
+    Both are root mean squares over the trials and those objects that have a bound; NaN where
+    none has.
+
+    Parameters
+    ----------
+    part
+        The scheme's digest, see `scheme_digest`.
+    component
+        "angle", "distance" or "velocity".
+    scenario
+        What was run.
+    """
+    if not set(TERMS) <= set(part):
+        return np.full(len(part["known"]), np.nan)
+    bound = bound_of({name: part[name] for name in TERMS}, scenario)[..., STATE.index(component)]
+    bounded = np.isfinite(bound)
+    least = np.where(bounded, bound, 0.0) ** 2 * part["errors"]
+    squares = np.where(bounded, part[f"squares_{component}"], 0.0)
+    return np.sqrt(_quotient(squares.sum(axis=-1), least.sum(axis=-1)))
 
 
 def improvement(
@@ -147,8 +194,10 @@ def _half_width(deviation: npt.ArrayLike, n: int) -> Array:
     return half
 
 
-def _summarise_scheme(part: Digest, scenario: Scenario) -> SchemeSummary:
+def _summarise_scheme(part: Digest, scenario: Scenario, genie: Array | None) -> SchemeSummary:
     sum_rate = part["sum_rate"]
+    best = np.zeros(sum_rate.shape) if genie is None else genie
+    errors = part["errors"].sum(axis=-1)
     frames = sum_rate.reshape(len(sum_rate), -1, scenario.frame.slots_per_frame).mean(axis=-1)
     rate_mean, rate_interval = mean_interval(sum_rate)
     frame_mean, frame_interval = mean_interval(sum_rate.mean(axis=-1))
@@ -158,14 +207,18 @@ def _summarise_scheme(part: Digest, scenario: Scenario) -> SchemeSummary:
         frame_rate_mean=float(frame_mean),
         frame_rate_interval=(float(frame_interval[0]), float(frame_interval[1])),
         frame_rate_q05=float(np.quantile(frames, 0.05)),
-        angle_rmse=np.sqrt(_quotient(part["squares_angle"], part["errors"])),
-        distance_rmse=np.sqrt(_quotient(part["squares_distance"], part["errors"])),
+        angle_rmse=np.sqrt(_quotient(part["squares_angle"].sum(axis=-1), errors)),
+        distance_rmse=np.sqrt(_quotient(part["squares_distance"].sum(axis=-1), errors)),
+        angle_over_bound=over_bound(part, "angle", scenario),
+        distance_over_bound=over_bound(part, "distance", scenario),
         nees=_quotient(part["nees"], part["nees_count"]),
         nis=_quotient(part["nis"], part["nis_degrees"]),
         coverage=float(_quotient(part["inside"].sum(), part["covered"].sum())),
         outage=float(_quotient(part["below"].sum(), part["served"].sum())),
         lost=1.0 - float(_quotient(part["known"][-1], part["there"][-1])),
         fallbacks=int(part["fallback"].sum()),
+        rate_over_genie=_quotient(rate_mean, best.mean(axis=0)),
+        frame_rate_over_genie=float(_quotient(frame_mean, best.mean())),
     )
 
 
@@ -176,10 +229,13 @@ def _quotient(total: npt.ArrayLike, count: npt.ArrayLike) -> Array:
     return quotient
 
 
-def _chunks(result: xr.Dataset) -> Iterator[xr.Dataset]:
-    varying = [name for name in NEEDED if name != "phase"]
+def _chunks(result: xr.Dataset) -> Iterator[dict[str, npt.NDArray[np.generic]]]:
+    """Yield what a digest needs, some trials at a time, with axes in the file's order."""
+    dims = {name: variable.dims for name, variable in VARIABLES.items()}
+    dims["phase"] = ("scheme", "slot")
     for first in range(0, result.sizes["trial"], CHUNK):
-        yield result[varying].isel(trial=slice(first, first + CHUNK)).load()
+        part = result.isel(trial=slice(first, first + CHUNK))
+        yield {name: part[name].transpose(*dims[name]).values for name in NEEDED}
 
 
 def _slot_rate(result: xr.Dataset, scheme: int, slot: int) -> Array:

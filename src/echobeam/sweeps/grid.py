@@ -95,14 +95,20 @@ SCALARS = {
     "outage": ("1", "share of objects and directional slots below min_rate"),
     "lost": ("1", "share of objects without a track in the last slot"),
     "fallbacks": ("1", "trial-slots with fallback beams"),
+    "frame_rate_over_genie": ("1", "mean sum rate over slots, over the genie's"),
 }
 PER_SLOT = {
     "rate_mean": ("bit/s/Hz", "mean sum rate"),
     "angle_rmse": ("rad", "RMSE of the posterior angle"),
     "distance_rmse": ("m", "RMSE of the posterior distance"),
+    "angle_over_bound": ("1", "angle RMSE over the posterior Cramer-Rao bound"),
+    "distance_over_bound": ("1", "distance RMSE over the posterior Cramer-Rao bound"),
     "nees": ("1", "normalised squared error of the posterior; 3 if honest"),
     "nis": ("1", "normalised squared innovation per component; 1 if honest"),
+    "rate_over_genie": ("1", "mean sum rate over the genie's"),
 }
+SLOT_MEANS = ("angle_over_bound", "distance_over_bound", "nees", "nis")
+"""Per-slot figures of which a CSV has the mean over the slots that have one."""
 
 
 def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
@@ -153,9 +159,10 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
 
 
 def tidy_csv(dataset: xr.Dataset, path: Path) -> None:
-    """Write the per-point figures as one row per point and scheme."""
+    """Write one row per point and scheme; of some per-slot figures it has the mean."""
     rates = dataset["frame_rate_interval"]
-    flat = dataset[list(SCALARS)].assign(
+    flat = dataset[list(SCALARS)].assign({name: dataset[name].mean("slot") for name in SLOT_MEANS})
+    flat = flat.assign(
         frame_rate_low=rates.sel(end="low", drop=True),
         frame_rate_high=rates.sel(end="high", drop=True),
     )
