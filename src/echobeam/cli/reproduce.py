@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from echobeam.cli import options
+
 
 @click.command("reproduce")
 @click.argument("ids", nargs=-1, metavar="[ID]...")
@@ -14,9 +16,7 @@ import click
 @click.option(
     "--trials", type=click.IntRange(min=2), metavar="N", help="Trials per point. Default: 200."
 )
-@click.option(
-    "--seed", type=int, default=0, show_default=True, metavar="N", help="Seed of all randomness."
-)
+@options.seed
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -25,18 +25,7 @@ import click
     metavar="DIR",
     help="Directory of pictures, data and claims.",
 )
-@click.option(
-    "--jobs",
-    type=click.IntRange(min=1),
-    default=1,
-    show_default=True,
-    metavar="N",
-    help="Processes on this machine.",
-)
-@click.option("--dask", metavar="ADDRESS", help="Run on an existing Dask scheduler.")
-@click.option("--resume", is_flag=True, help="Go on from the blocks that are there.")
-@click.option("--force", is_flag=True, help="Replace what is there.")
-@click.option("--quiet", is_flag=True, help="Print no progress and no table.")
+@options.work
 def command(
     ids: tuple[str, ...],
     as_list: bool,
