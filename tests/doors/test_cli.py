@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from echobeam.cli.main import main
+from echobeam.cli.main import COMMANDS, main
 from echobeam.scenario import BUILT_IN, preset_text
 
 LIGHT = ["--scheme", "water-filling", "--scheme", "omni"]
@@ -72,6 +72,15 @@ def test_help_is_light():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_examples_in_help_stand_on_lines_of_their_own(command):
+    lines = echobeam(command, "--help").stdout.splitlines()
+    assert not any("\\b" in line or line.count("  echobeam ") > 1 for line in lines)
+    examples = [line.split() for line in lines if line.startswith("  echobeam ")]
+    assert examples or command in ("schemes", "beam")
+    assert all(example[1] == command for example in examples)
 
 
 def test_importing_the_package_is_light():
@@ -230,6 +239,23 @@ def test_all_faults_of_a_file_are_reported_together(tmp_path):
     refused(echobeam("run", "bad.toml", cwd=tmp_path), "2 faults", "array.n_tx", "coverage.riple")
 
 
+def test_faults_of_options_are_reported_with_those_of_the_file(tmp_path):
+    (tmp_path / "bad.toml").write_text(
+        preset_text("paper-multi").replace("ripple = 3", "riple = 3")
+    )
+    done = echobeam(
+        "run", "bad.toml", "--set", "uav.height=80 kg", "--set", "nonsense", "--scheme", "temproal",
+        "--scheme", "omni", "--trials", 0, "--seed", -1, cwd=tmp_path,
+    )  # fmt: skip
+    refused(done, "5 things are wrong", "bad.toml: 2 faults", "riple", "uav.height")
+    refused(done, "--set nonsense", "'temproal'", "trials: 0", "seed: -1")
+    done = echobeam(
+        "sweep", "paper-single", "--vary", "radio.power", "--vary", "array.n_tx=", "--seed", -1,
+        cwd=tmp_path,
+    )  # fmt: skip
+    refused(done, "3 things are wrong", "--vary radio.power:", "--vary array.n_tx=:", "seed: -1")
+
+
 def test_zero_objects_run_as_sensing_only(tmp_path):
     done = echobeam("run", "paper-multi", "--set", "objects=[]", "--trials", 2, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -265,3 +291,119 @@ def test_plot_draws_every_picture(tmp_path):
     done = echobeam("plot", "r.nc", "--kind", "rate", "--out", "figure.svg", cwd=tmp_path)
     assert "<svg" in (tmp_path / "figure-rate.svg").read_text()
     refused(echobeam("plot", "r.nc", "--out", "figure.doc", cwd=tmp_path), "doc")
+
+
+SWEEP = ["sweep", "paper-single", *LIGHT, "--set", "frame.slots_per_frame=4", "--trials", "5"]
+GRID = ["--vary", "radio.power=0.1,1", "--vary", "objects.0.angle=60 deg,45 deg"]
+
+
+def contents(directory):
+    return {
+        str(path.relative_to(directory)): path.read_bytes()
+        for path in directory.rglob("*")
+        if path.is_file()
+    }
+
+
+def test_a_sweep_as_json_is_its_result_and_nothing_else(tmp_path):
+    done = echobeam(*SWEEP, *GRID, "--json", "--quiet", "--out", "s.nc", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    document = json.loads(done.stdout)
+    assert {key: document[key] for key in ("scenario", "seed", "trials", "result")} == {
+        "scenario": "paper-single", "seed": 0, "trials": 5, "result": "s.nc",
+    }  # fmt: skip
+    assert document["vary"] == {"radio.power": [0.1, 1], "objects.0.angle": ["60 deg", "45 deg"]}
+    assert len(document["points"]) == 4
+    with xr.open_dataset(tmp_path / "s.nc") as result:
+        for point in document["points"]:
+            at = result.sel(point["settings"])
+            for name, figures in point["schemes"].items():
+                one = at.sel(scheme=name)
+                assert set(figures) == {v for v in result.data_vars if "scheme" in result[v].dims}
+                assert figures["frame_rate_mean"] == float(one["frame_rate_mean"])
+                assert figures["rate_mean"] == one["rate_mean"].values.tolist()
+                assert figures["rate_over_genie"] == [None] * 4  # there is no genie
+
+
+def test_full_results_of_a_sweep_are_those_of_runs(tmp_path):
+    done = echobeam(*SWEEP, *GRID, "--full", "--json", "--out", "s.nc", cwd=tmp_path)
+    points = json.loads(done.stdout)["points"]
+    settings = ["radio.power=1", "objects.0.angle=45 deg", "frame.slots_per_frame=4"]
+    sets = [word for setting in settings for word in ("--set", setting)]
+    run = ("run", "paper-single", *LIGHT, *sets, "--trials", 5, "--out", "r.nc", "--quiet")
+    assert echobeam(*run, cwd=tmp_path).returncode == 0
+    assert points[3]["settings"] == {"radio.power": 1, "objects.0.angle": "45 deg"}
+    with (
+        xr.open_dataset(tmp_path / points[3]["result"]) as point,
+        xr.open_dataset(tmp_path / "r.nc") as result,
+    ):
+        xr.testing.assert_equal(point, result)
+        assert point.attrs["scenario"] == result.attrs["scenario"]
+    refused(echobeam(*SWEEP, *GRID, "--full", "--out", "s.nc", cwd=tmp_path), "exists already")
+    fewer = (*SWEEP, "--vary", "radio.power=1,2", "--full", "--force", "--out", "s.nc")
+    assert echobeam(*fewer, cwd=tmp_path).returncode == 0
+    assert sorted(path.name for path in (tmp_path / "s-points").iterdir()) == ["0001.nc", "0002.nc"]
+
+
+def test_resuming_a_finished_sweep_says_so_and_changes_no_byte(tmp_path):
+    arguments = (*SWEEP, *GRID, "--full", "--csv", "s.csv", "--out", "s.nc", "--resume")
+    first = echobeam(*arguments, cwd=tmp_path)  # nothing to resume: it begins
+    before = contents(tmp_path)
+    assert set(before) == {"s.nc", "s.csv", *(f"s-points/{i:04d}.nc" for i in range(1, 5))}
+    again = echobeam(*arguments, cwd=tmp_path)
+    assert (again.returncode, again.stdout) == (0, first.stdout)
+    assert again.stderr == "s.nc: is complete, nothing was to be done\n"
+    assert contents(tmp_path) == before
+    refused(echobeam(*arguments, "--seed", 1, cwd=tmp_path), "exists already")
+    (tmp_path / "s.csv").unlink()
+    assert echobeam(*arguments, cwd=tmp_path).returncode == 0
+    assert contents(tmp_path) == before
+
+
+def test_resuming_a_finished_run_says_so(tmp_path):
+    arguments = ("run", "paper-single", *LIGHT, "--trials", 2, "--out", "r.nc", "--resume")
+    first = echobeam(*arguments, cwd=tmp_path)
+    again = echobeam(*arguments, cwd=tmp_path)
+    assert (again.returncode, again.stdout) == (0, first.stdout)
+    assert again.stderr == "r.nc: is complete, nothing was to be done\n"
+
+
+def test_a_sweep_of_a_trace(tmp_path):
+    rows = [f"{t / 2},car{c},{20 * c + 5 * t},0,10" for t in range(20) for c in range(2)]
+    (tmp_path / "trace.csv").write_text("\n".join(["t,id,x,y,speed", *rows]))
+    trace = ("sweep", "paper-multi", *LIGHT, "--trials", 2, "--trace", "trace.csv")
+    vary = ("--vary", "radio.power=1,10")
+    done = echobeam(*trace, *vary, "--full", "--out", "s.nc", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    run = ("run", "paper-multi", *LIGHT, "--trials", 2, "--trace", "trace.csv")
+    assert echobeam(*run, "--set", "radio.power=10", "--out", "r.nc", cwd=tmp_path).returncode == 0
+    with (
+        xr.open_dataset(tmp_path / "s-points" / "0002.nc") as point,
+        xr.open_dataset(tmp_path / "r.nc") as result,
+    ):
+        xr.testing.assert_equal(point, result)
+    refused(echobeam(*trace, "--vary", "objects.0.angle=1,2", cwd=tmp_path), "--trace")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], ["nothing varies"]),
+        (["--vary", "radio.power"], ["--vary radio.power", "KEY=V1,V2"]),
+        (["--vary", "radio.power=1,1"], ["twice"]),
+        (["--vary", "radio.power=1,-1"], ["radio.power", "-1"]),
+        (["--vary", "radio.pwer=1,2"], ["radio.pwer", "power"]),
+        (["--vary", "schemes=1,2"], ["schemes"]),
+        (["--vary", "radio.power=1,2", "--out", "no/where/s.nc"], ["no/where", "no directory"]),
+        (["--vary", "radio.power=1,2", "--out", "."], ["directory"]),
+        (["--vary", "radio.power=1,2", "--csv", "no/s.csv"], ["no/s.csv", "no directory"]),
+        (["--vary", "radio.power=1,2", "--full", "--out", "taken.nc"], ["taken-points"]),
+        (["--vary", "radio.power=1,2", "--trace", "nowhere.csv"], ["nowhere.csv"]),
+        (["--vary", "radio.power=1,2", "--scheme", "temproal"], ["temproal"]),
+        (["--vary", "radio.power=1,2", "--jobs", "0"], ["jobs"]),
+    ],
+)
+def test_sweeps_that_are_none_are_one_message_and_status_2(tmp_path, arguments, words):
+    (tmp_path / "taken-points").write_text("mine")
+    refused(echobeam(*SWEEP, *arguments, cwd=tmp_path), *words)
+    assert contents(tmp_path) == {"taken-points": b"mine"}

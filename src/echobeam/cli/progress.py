@@ -41,4 +41,5 @@ def progress_bar(label: str, *, quiet: bool) -> Iterator[Callable[[int, int], No
     try:
         yield show
     finally:
-        bar.stop()
+        if bar.live.is_started:  # stopping what never began would print an empty line
+            bar.stop()

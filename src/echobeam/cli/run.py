@@ -60,7 +60,9 @@ def command(
             force=force,
         )
         with progress_bar(asked.scenario.name, quiet=quiet) as progress:
-            record(recording, progress)
+            anything = record(recording, progress)
+    if not anything and not quiet:
+        click.echo(f"{recording.out}: is complete, nothing was to be done", err=True)
     if as_json or not quiet:
         click.echo(_report(recording.out, asked, as_json=as_json))
 

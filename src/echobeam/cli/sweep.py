@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
+import sys
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+from echobeam.cli import options
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @click.command("sweep")
@@ -16,54 +27,22 @@ import click
     metavar="KEY=V1,V2,...",
     help="Key and values; several make a product.",
 )
-@click.option(
-    "--scheme",
-    "schemes",
-    multiple=True,
-    metavar="NAME",
-    help="Scheme to run; repeatable. Default: as in SCENARIO.",
-)
-@click.option("--trials", type=int, metavar="N", help="Trials per point. Default: the scenario's.")
-@click.option(
-    "--seed",
-    type=int,
-    default=0,
-    show_default=True,
-    metavar="N",
-    help="Seed, common to all points.",
-)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="PATH",
-    help="Result. Default: NAME-sweep.nc here.",
-)
+@options.scheme
+@options.trials
+@options.seed
+@options.out("NAME-sweep.nc")
 @click.option(
     "--csv",
     "csv_path",
     type=click.Path(path_type=Path),
     metavar="PATH",
-    help="Write a tidy CSV too.",
+    help="Write the figures as a tidy CSV too.",
 )
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    help="Override a key at every point; repeatable.",
-)
-@click.option(
-    "--jobs",
-    type=click.IntRange(min=1),
-    default=1,
-    show_default=True,
-    metavar="N",
-    help="Processes on this machine.",
-)
-@click.option("--dask", metavar="ADDRESS", help="Run on an existing Dask scheduler.")
-@click.option("--resume", is_flag=True, help="Go on with an interrupted sweep.")
-@click.option("--force", is_flag=True, help="Replace an existing result.")
-@click.option("--quiet", is_flag=True, help="Print no progress and no table.")
+@click.option("--full", is_flag=True, help="Keep every point's full result too, beside --out.")
+@options.overrides
+@options.trace
+@options.work
+@options.as_json
 def command(
     scenario: str,
     varied: tuple[str, ...],
@@ -72,12 +51,15 @@ def command(
     seed: int,
     out: Path | None,
     csv_path: Path | None,
+    full: bool,
     overrides: tuple[str, ...],
+    trace: str | None,
     jobs: int,
     dask: str | None,
     resume: bool,
     force: bool,
     quiet: bool,
+    as_json: bool,
 ) -> None:
     r"""Run a grid of scenarios from SCENARIO, on the same random numbers at every point.
 
@@ -86,38 +68,76 @@ def command(
     echobeam sweep paper-multi --vary coverage.ripple=1,3,5 --trials 50 --csv ripple.csv
     """
     from echobeam.cli.progress import progress_bar
-    from echobeam.scenario.load import load_scenario
-    from echobeam.store.block_files import BlockFiles
     from echobeam.store.workers import Workers
-    from echobeam.store.writing import check_writable, replacing
-    from echobeam.sweeps.grid import Grid, grid_dataset, read_varied, tidy_csv
-    from echobeam.sweeps.points import Study, run_study
+    from echobeam.sweeps.grid import Grid, read_varied
+    from echobeam.sweeps.recorded import Sweep, open_sweep, record_sweep
 
-    grid = Grid(scenario, overrides, tuple(read_varied(text) for text in varied))
-    points = grid.points(schemes, trials, ())
-    name = load_scenario(scenario, overrides).name
-    target = out or Path(f"{name}-sweep.nc")
-    for path in filter(None, (target, csv_path)):
-        check_writable(path, force=force)
-    study = Study(tuple(points), seed, BlockFiles.beside(target))
-    with progress_bar(f"{name}: {len(points)} points", quiet=quiet) as progress:
-        run_study(study, workers=Workers(jobs, dask), resume=resume, force=force, progress=progress)
-    dataset = grid_dataset(grid, study)
-    with replacing(target) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf")
-    if csv_path is not None:
-        with replacing(csv_path) as temporary:
-            tidy_csv(dataset, temporary)
-    study.files.remove()
-    if not quiet:
-        click.echo(_table(dataset, [axis.key for axis in grid.axes]))
-        click.echo(f"result: {target}")
+    with contextlib.redirect_stdout(sys.stderr):  # a user's scheme may print: not our output
+        axes = [partial(read_varied, text) for text in varied]
+        asked = options.read(scenario, overrides, trace, schemes, trials, seed, axes)
+        grid = Grid(scenario, overrides, tuple(axis() for axis in axes), trace)
+        name = asked.scenario.name
+        target = out or Path(f"{name}-sweep.nc")
+        sweep = Sweep(
+            grid,
+            schemes,
+            trials,
+            seed,
+            target,
+            csv_path,
+            full,
+            Workers(jobs, dask),
+            resume,
+            force,
+        )
+        with progress_bar(f"{name}: {grid.size} points", quiet=quiet) as progress:
+            anything = record_sweep(sweep, progress)
+    if not anything and not quiet:
+        click.echo(f"{target}: is complete, nothing was to be done", err=True)
+    if quiet and not as_json:
+        return
+    with open_sweep(target) as dataset:
+        keys = [axis.key for axis in grid.axes]
+        click.echo(_json(dataset, name, target, keys) if as_json else _table(dataset, target))
 
 
-def _table(dataset: object, keys: list[str]) -> str:
+def _table(dataset: xr.Dataset, path: Path) -> str:
     """Return mean sum rates over the grid, a row per point and a column per scheme."""
-    import xarray as xr
-
-    assert isinstance(dataset, xr.Dataset)
     frame = dataset["frame_rate_mean"].to_dataframe()["frame_rate_mean"].unstack("scheme")
-    return f"mean sum rate, bit/s/Hz\n\n{frame[dataset['scheme'].values].to_string()}\n"
+    rows = frame[dataset["scheme"].values].to_string()
+    return f"mean sum rate, bit/s/Hz\n\n{rows}\n\nresult: {path}"
+
+
+def _json(dataset: xr.Dataset, name: str, path: Path, keys: list[str]) -> str:
+    """Return every figure of every point as strict JSON: what is not a number is null."""
+    from echobeam.cli.report import plain
+
+    document = {
+        "scenario": name,
+        "seed": int(dataset.attrs["seed"]),
+        "trials": int(dataset.attrs["trials"]),
+        "result": str(path),
+        "vary": {key: dataset[key].values for key in keys},
+        "points": [_point(at, path) for at in _along(dataset, keys)],
+    }
+    return json.dumps(plain(document), indent=1, allow_nan=False)
+
+
+def _along(dataset: xr.Dataset, keys: list[str]) -> Iterator[tuple[dict[str, object], xr.Dataset]]:
+    """Yield every point of the grid: the values of its keys and its figures."""
+    import numpy as np
+
+    for index in np.ndindex(*(dataset.sizes[key] for key in keys)):
+        point = dataset.isel(dict(zip(keys, index, strict=True)))
+        yield {key: point[key].item() for key in keys}, point
+
+
+def _point(at: tuple[dict[str, object], xr.Dataset], path: Path) -> dict[str, object]:
+    settings, point = at
+    whole = {"result": str(path.parent / point["result"].item())} if "result" in point else {}
+    names = [name for name, values in point.items() if "scheme" in values.dims]
+    schemes = {
+        str(scheme): {str(name): point[name].sel(scheme=scheme).values for name in names}
+        for scheme in point["scheme"].values
+    }
+    return {"settings": settings, **whole, "schemes": schemes}

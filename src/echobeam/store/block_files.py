@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
+import os
 import shutil
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +18,10 @@ import numpy as np
 from echobeam.faults import InputError, RunError
 from echobeam.simulation.blocks import Block
 from echobeam.store.writing import StoreError, replacing
+
+MANIFEST = "job.json"
+FIRST = "first"
+"""Under this name a block's file says which trial is its first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +50,14 @@ class Job:
     trials: int
     version: str
 
+    def digest(self) -> str:
+        """Return a fingerprint: equal for the same job, different for any other."""
+        return hashlib.sha256(self.text().encode()).hexdigest()
+
+    def text(self) -> str:
+        """Return the job as it is kept beside its blocks, JSON."""
+        return json.dumps(asdict(self), indent=1)
+
 
 def digest(path: Path) -> str:
     """Return a file's SHA-256."""
@@ -60,67 +74,113 @@ class BlockFiles:
     @classmethod
     def beside(cls, result: Path) -> BlockFiles:
         """Return the place for the blocks of a result file."""
-        return cls(result.with_name(result.name + ".blocks"))
+        return cls(result.parent / f"{result.name}.blocks")
 
-    def begin(self, job: Job, *, resume: bool, force: bool) -> None:
-        """Make the directory for a job, or make sure that the one there belongs to it.
+    @contextmanager
+    def held(self, job: Job, count: int, *, resume: bool, force: bool) -> Iterator[None]:
+        """Hold the directory while a job's ``count`` blocks are worked on, here alone.
+
+        Whatever ends the work too early becomes a message that says what is kept.
 
         Raises
         ------
         StoreError
             If blocks of an interrupted run are there and were not asked to be used or removed,
-            or are those of another job.
+            are those of another job, or another process is at work on them.
+        RunError
+            If the disk, the workers or the user ended the work; wrong input passes as it is.
         """
-        manifest = self.directory / "job.json"
+        try:
+            lock = self._begin(job, resume=resume, force=force)
+        except OSError as error:
+            raise RunError(f"{self.directory}: {error.strerror or error}") from error
+        try:
+            with self._keeping(count):
+                yield
+        finally:
+            os.close(lock)
+
+    def _begin(self, job: Job, *, resume: bool, force: bool) -> int:
+        """Make the directory for a job, or make sure that the one there belongs to it; lock it."""
+        manifest = self.directory / MANIFEST
         if self.directory.exists():
-            self._check_ours(manifest)
-            if resume and manifest.is_file():
-                self._check(manifest, job)
-                return
-            if not force and not resume and any(self.directory.glob("*.npz")):
-                raise StoreError(
-                    f"{self.directory}: blocks of an interrupted run are here; go on with "
-                    "--resume, or --force to begin anew"
-                )
-            shutil.rmtree(self.directory)
+            self._check_ours()
+            lock = self._lock()
+            try:
+                if resume and manifest.is_file():
+                    self._check(job)
+                    self._clear_leftovers()
+                    return lock
+                if not force and not resume and any(self.directory.glob("*.npz")):
+                    raise StoreError(
+                        f"{self.directory}: blocks of an interrupted run are here; go on with "
+                        "--resume, or --force to begin anew"
+                    )
+                shutil.rmtree(self.directory)
+            except BaseException:
+                os.close(lock)
+                raise
+            os.close(lock)
         self.directory.mkdir()
         with replacing(manifest) as temporary:
-            temporary.write_text(json.dumps(asdict(job), indent=1), encoding="utf-8")
+            temporary.write_text(job.text(), encoding="utf-8")
+        return self._lock()
 
-    def _check_ours(self, manifest: Path) -> None:
+    def _lock(self) -> int:
+        """Return an open lock on the directory; it goes with this process, however that ends."""
+        lock = os.open(self.directory, os.O_RDONLY)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(lock)
+            raise StoreError(
+                f"{self.directory}: another process is at work on these blocks; wait for it, or "
+                "give another --out"
+            ) from None
+        except OSError:
+            pass  # a file system without locks: as before there were any
+        return lock
+
+    def _clear_leftovers(self) -> None:
+        for path in self.directory.glob(".*.tmp"):
+            path.unlink(missing_ok=True)
+
+    def _check_ours(self) -> None:
         """Refuse to touch a file or a directory that no run of ours has made."""
-        ours = self.directory.is_dir() and all(
-            path == manifest or path.suffix in (".npz", ".tmp") for path in self.directory.iterdir()
-        )
-        if not ours:
+        if not self._ours():
             raise StoreError(
                 f"{self.directory}: is in the way of the run's blocks and not made by one; move it "
                 "or give another --out"
             )
 
+    def _ours(self) -> bool:
+        return self.directory.is_dir() and all(
+            path.name == MANIFEST or path.suffix in (".npz", ".tmp")
+            for path in self.directory.iterdir()
+        )
+
     def matches(self, job: Job) -> bool:
         """Whether the directory holds blocks of this very job."""
-        manifest = self.directory / "job.json"
-        if not manifest.is_file():
-            return False
-        try:
-            self._check(manifest, job)
-        except StoreError:
-            return False
-        return True
+        return self._different(job) == []
 
-    def _check(self, manifest: Path, job: Job) -> None:
-        try:
-            found = json.loads(manifest.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            found = {}
-        wanted = json.loads(json.dumps(asdict(job)))
-        different = [key for key in wanted if found.get(key) != wanted[key]]
+    def _check(self, job: Job) -> None:
+        different = self._different(job)
         if different:
             raise StoreError(
                 f"{self.directory}: its blocks belong to another run ({', '.join(different)} "
                 "differ); give another --out, or --force to begin anew"
             )
+
+    def _different(self, job: Job) -> list[str]:
+        """Return in what the job of the blocks that are there differs."""
+        try:
+            found = json.loads((self.directory / MANIFEST).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            found = {}
+        wanted = json.loads(job.text())
+        return [
+            key for key in wanted if not isinstance(found, dict) or found.get(key) != wanted[key]
+        ]
 
     def path(self, index: int) -> Path:
         """Return a block's file."""
@@ -129,13 +189,13 @@ class BlockFiles:
     def write(self, index: int, block: Block) -> None:
         """Write a finished block, whole or not at all."""
         with replacing(self.path(index)) as temporary, temporary.open("wb") as file:
-            np.savez(file, allow_pickle=False, first=np.array(block.first), **block.arrays)
+            np.savez(file, allow_pickle=False, **{FIRST: np.array(block.first)}, **block.arrays)
 
-    def read(self, index: int) -> Block:
-        """Read a finished block."""
+    def read(self, index: int, wanted: Callable[[str], bool] = lambda name: True) -> Block:
+        """Read a finished block, or the arrays of it whose names are wanted."""
         with np.load(self.path(index), allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        return Block(int(arrays.pop("first")), arrays)
+            arrays = {name: file[name] for name in file.files if name != FIRST and wanted(name)}
+            return Block(int(file[FIRST]), arrays)
 
     def missing(self, count: int) -> list[int]:
         """Return the blocks that are not there or not whole."""
@@ -154,18 +214,12 @@ class BlockFiles:
         return f"{done} of {count} blocks are kept in {self.directory}; go on with --resume"
 
     @contextmanager
-    def keeping(self, count: int) -> Iterator[None]:
-        """Say of whatever ends the work on ``count`` blocks too early what is kept.
-
-        Raises
-        ------
-        RunError
-            If the disk, the workers or the user ended it; wrong input passes as it is.
-        """
+    def _keeping(self, count: int) -> Iterator[None]:
+        """Say of whatever ends the work on ``count`` blocks too early what is kept."""
         try:
             yield
         except InputError:
-            self.remove_if_empty()  # a scheme broke the rules: nothing to go on with
+            self._remove_if_empty()  # a scheme broke the rules: nothing to go on with
             raise
         except OSError as error:
             raise RunError(f"{error.strerror or error}; {self.kept(count)}") from error
@@ -174,11 +228,11 @@ class BlockFiles:
         except KeyboardInterrupt:
             raise RunError(f"interrupted; {self.kept(count)}") from None
 
-    def remove_if_empty(self) -> None:
-        """Remove the directory if no block was finished."""
+    def _remove_if_empty(self) -> None:
         if not any(self.directory.glob("*.npz")):
             self.remove()
 
     def remove(self) -> None:
-        """Remove the directory, when its result is in place."""
-        shutil.rmtree(self.directory, ignore_errors=True)
+        """Remove the directory if it is one of ours: its result is in place."""
+        if self._ours():
+            shutil.rmtree(self.directory, ignore_errors=True)

@@ -14,7 +14,7 @@ from echobeam.faults import InputError, RunError
 
 if TYPE_CHECKING:
     from echobeam.simulation.blocks import Block
-    from echobeam.store.workers import Work
+    from echobeam.store.workers import Piece, Work
 
 PATIENCE = "15s"
 PER_THREAD = 2
@@ -62,7 +62,7 @@ def do_on_cluster(
 
         def hand_out(count: int) -> list[Any]:
             return [
-                client.submit(compute, work, task, pure=False)
+                client.submit(compute, work.piece(task), task, pure=False)
                 for task in itertools.islice(waiting, count)
             ]
 
@@ -79,6 +79,6 @@ def do_on_cluster(
             progress(done, total)
 
 
-def compute(work: Work, task: int) -> tuple[int, Block]:
+def compute(piece: Piece, task: int) -> tuple[int, Block]:
     """Do one task, on a worker."""
-    return task, work.compute(task, lambda done: None)
+    return task, piece(lambda done: None)

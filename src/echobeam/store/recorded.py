@@ -15,7 +15,7 @@ from echobeam.simulation.run import check_count, resolve_schemes
 from echobeam.store.block_files import BlockFiles, Job, digest
 from echobeam.store.result import open_result, write_result
 from echobeam.store.workers import HERE, Advance, Progress, Workers, do_all
-from echobeam.store.writing import check_writable
+from echobeam.store.writing import check_writable, clear_leftovers
 from echobeam.version import __version__
 
 
@@ -48,6 +48,21 @@ class Recording:
 
 
 @dataclass(frozen=True, slots=True)
+class BlockPiece:
+    """Some trials of a run: their block."""
+
+    scenario: Scenario
+    schemes: tuple[str, ...]
+    seed: int
+    trials: range
+
+    def __call__(self, advance: Advance) -> Block:
+        """Run the block."""
+        schemes = resolve_schemes(self.scenario, self.schemes)
+        return run_block(self.scenario, schemes, self.seed, self.trials, advance)
+
+
+@dataclass(frozen=True, slots=True)
 class BlockWork:
     """The blocks of one run as tasks whose outcomes are files."""
 
@@ -66,23 +81,27 @@ class BlockWork:
         """Return the blocks without a whole file."""
         return self.files.missing(len(self.blocks))
 
-    def compute(self, task: int, advance: Advance) -> Block:
-        """Compute one block."""
-        schemes = resolve_schemes(self.scenario, self.schemes)
-        return run_block(self.scenario, schemes, self.seed, self.blocks[task], advance)
+    def piece(self, task: int) -> BlockPiece:
+        """Return one block's work alone."""
+        return BlockPiece(self.scenario, self.schemes, self.seed, self.blocks[task])
 
     def write(self, task: int, block: Block) -> None:
         """Write a finished block."""
         self.files.write(task, block)
 
 
-def record(recording: Recording, progress: Progress = lambda done, total: None) -> None:
+def record(recording: Recording, progress: Progress = lambda done, total: None) -> bool:
     """Run a scenario to a result file.
 
     Parameters
     ----------
     progress
         Called with the trial-slots done so far and in all.
+
+    Returns
+    -------
+    bool
+        Whether there was anything to do; a finished run that is resumed is left as it is.
 
     Raises
     ------
@@ -91,23 +110,25 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     RunError
         If the run could not be finished; its blocks are kept.
     """
-    scenario = recording.scenario
+    scenario, out = recording.scenario, recording.out
     check_count(recording.trials, recording.seed)
     names = [scheme.name for scheme in resolve_schemes(scenario, recording.schemes)]
+    files = BlockFiles.beside(out)
     if recording.resume and not recording.force and _finished(recording, names):
-        BlockFiles.beside(recording.out).remove()
-        return
-    check_writable(recording.out, force=recording.force)
+        files.remove()
+        return False
+    check_writable(out, force=recording.force)
     plan_motion(scenario, recording.seed, range(1))  # a trace that cannot be used says so now
-    files = BlockFiles.beside(recording.out)
-    files.begin(_job(recording), resume=recording.resume, force=recording.force)
     blocks = tuple(cut(scenario, recording.trials))
     work = BlockWork(scenario, recording.schemes, recording.seed, blocks, files)
-    with files.keeping(len(blocks)):
+    job = _job(recording)
+    with files.held(job, len(blocks), resume=recording.resume, force=recording.force):
+        clear_leftovers(out)
         do_all(work, recording.workers, progress)
         finished = (files.read(index) for index in range(len(blocks)))
-        write_result(recording.out, scenario, names, recording.seed, recording.trials, finished)
-    files.remove()
+        write_result(out, scenario, names, recording.seed, recording.trials, finished)
+        files.remove()
+    return True
 
 
 def _finished(recording: Recording, names: Sequence[str]) -> bool:

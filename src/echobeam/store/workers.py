@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import sys
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -21,6 +24,10 @@ Progress = Callable[[int, int], None]
 Advance = Callable[[int], None]
 
 
+Piece = Callable[[Advance], Block]
+"""One task's work alone, picklable; it is given a call for what was done since the last call."""
+
+
 class Work(Protocol):
     """Tasks by number, picklable; a task's outcome is a block that is kept on disk."""
 
@@ -30,8 +37,8 @@ class Work(Protocol):
     def missing(self) -> list[int]:
         """Return the tasks whose outcome is not there yet."""
 
-    def compute(self, task: int, advance: Advance) -> Block:
-        """Do one task; call ``advance`` with what was done since the last call."""
+    def piece(self, task: int) -> Piece:
+        """Return what is to be done for one task: small, since it may go over a network."""
 
     def write(self, task: int, block: Block) -> None:
         """Keep a task's outcome, whole or not at all."""
@@ -81,7 +88,7 @@ def do_all(work: Work, workers: Workers, progress: Progress) -> None:
     meter = _Meter(progress, work.sizes(), missing)
     if jobs <= 1 or len(missing) <= 1:
         for task in missing:
-            work.write(task, work.compute(task, meter.advance(task)))
+            work.write(task, work.piece(task)(meter.advance(task)))
         return
     for _ in range(CRASHES_ALLOWED):
         if _spread(work, jobs, missing, meter):
@@ -116,13 +123,15 @@ def _spread(work: Work, jobs: int, missing: Sequence[int], meter: _Meter) -> boo
     """Do tasks in a pool of processes; return False if a process died."""
     for name in _THREADS:  # one thread of linear algebra per process
         os.environ.setdefault(name, "1")
+    others = set(multiprocessing.active_children())
     with ProcessPoolExecutor(
         max_workers=min(jobs, len(missing)),
         mp_context=multiprocessing.get_context("spawn"),
         initializer=_remember,
         initargs=(work, meter.counts),
     ) as pool:
-        waiting: set[Future[None]] = {pool.submit(_do_elsewhere, task) for task in missing}
+        with _deaf_to_interrupts():
+            waiting: set[Future[None]] = {pool.submit(_do_elsewhere, task) for task in missing}
         try:
             while waiting:
                 done, waiting = wait(waiting, timeout=0.2, return_when=FIRST_COMPLETED)
@@ -133,8 +142,23 @@ def _spread(work: Work, jobs: int, missing: Sequence[int], meter: _Meter) -> boo
             return False
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.terminate()  # a block may take minutes, and it is lost anyway
             raise
     return True
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Start processes that leave Ctrl-C, which reaches them all, to the one that started them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 _here: dict[str, Any] = {}
@@ -143,6 +167,15 @@ _here: dict[str, Any] = {}
 def _remember(work: Work, counts: Any) -> None:
     _here.update(work=work, counts=counts)
     sys.stdout = sys.stderr  # whatever a user's scheme prints, stdout is the command's own
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this worker when the process that it works for is gone, killed without a word."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _do_elsewhere(task: int) -> None:
@@ -153,4 +186,4 @@ def _do_elsewhere(task: int) -> None:
         counts[task] += done
 
     work: Work = _here["work"]
-    work.write(task, work.compute(task, advance))
+    work.write(task, work.piece(task)(advance))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from echobeam.faults import InputError
-from echobeam.scenario.load import load_scenario
+from echobeam.scenario.load import load_scenario, with_trace
 from echobeam.simulation.dataset import attributes
 from echobeam.simulation.summary import SchemeSummary, summarise_digest
 from echobeam.sweeps.points import Point, Study
@@ -51,11 +52,27 @@ def read_varied(text: str) -> Varied:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """The product of some axes over a scenario."""
+    """The product of some axes over a scenario.
+
+    Attributes
+    ----------
+    source, overrides
+        As for `load_scenario`, at every point.
+    axes
+        What varies.
+    trace
+        A file that moves the objects at every point; none by default.
+    """
 
     source: str
     overrides: tuple[str, ...]
     axes: tuple[Varied, ...]
+    trace: str | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return math.prod(len(axis.values) for axis in self.axes)
 
     def points(
         self, schemes: tuple[str, ...], trials: int | None, keep: tuple[str, ...]
@@ -65,17 +82,22 @@ class Grid:
         Raises
         ------
         SweepError, ScenarioError
-            If a key stands twice, or a point is no scenario.
+            If a key stands twice, a trace would undo it, or a point is no scenario.
         """
         keys = [axis.key for axis in self.axes]
         if not keys:
             raise SweepError("nothing varies; give at least one --vary KEY=V1,V2,...")
         if len(set(keys)) < len(keys):
             raise SweepError("a key is varied twice; give each one once")
+        moved = next((key for key in keys if key.split(".")[0] == "objects"), None)
+        if self.trace is not None and moved is not None:
+            raise SweepError(f"--vary {moved}: not together with --trace, which moves the objects")
         points = []
         for values in itertools.product(*(axis.values for axis in self.axes)):
             settings = [f"{key}={value}" for key, value in zip(keys, values, strict=True)]
             scenario = load_scenario(self.source, [*self.overrides, *settings])
+            if self.trace is not None:
+                scenario = with_trace(scenario, self.trace)
             points.append(
                 Point(
                     name=", ".join(settings),
@@ -118,10 +140,10 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
     """
     import xarray as xr
 
-    names = _scheme_names(study)
+    names = scheme_names(study)
     figures = [
-        summarise_digest(digest, names, point.scenario)
-        for point, digest in zip(study.points, study.digests(), strict=True)
+        summarise_digest(study.digest_of(index), names, point.scenario)
+        for index, point in enumerate(study.points)
     ]
     shape = tuple(len(axis.values) for axis in grid.axes)
     dims = tuple(axis.key for axis in grid.axes)
@@ -169,7 +191,7 @@ def tidy_csv(dataset: xr.Dataset, path: Path) -> None:
     flat.to_dataframe().drop(columns=["slot", "end"], errors="ignore").to_csv(path)
 
 
-def _scheme_names(study: Study) -> list[str]:
+def scheme_names(study: Study) -> list[str]:
     """Return the schemes' names, which every point of a grid shares."""
     from echobeam.simulation.run import resolve_schemes
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.blocks import Block, cut, run_block
+from echobeam.simulation.blocks import SHARED, Block, cut, run_block
 from echobeam.simulation.digest import Digest, digest, join
 from echobeam.simulation.motion import plan_motion
 from echobeam.simulation.run import check_count, resolve_schemes
@@ -46,44 +47,79 @@ class Point:
 
 
 @dataclass(frozen=True, slots=True)
+class PointPiece:
+    """Some trials of one point: its block, digested, with what is to be kept in full."""
+
+    point: Point
+    seed: int
+    trials: range
+
+    def __call__(self, advance: Advance) -> Block:
+        """Run the block."""
+        point = self.point
+        schemes = resolve_schemes(point.scenario, point.schemes)
+        block = run_block(point.scenario, schemes, self.seed, self.trials, advance)
+        figures = digest(block.arrays, point.scenario)
+        kept = {KEPT + name: block.arrays[name] for name in point.keep}
+        return Block(block.first, {**figures, **kept})
+
+
+@dataclass(frozen=True, slots=True)
 class Study:
     """Points on common random numbers, and the directory where their blocks are kept.
 
     A trial of one point meets the same draws as that trial of every other.
+
+    Attributes
+    ----------
+    tasks
+        Every block of every point: the point's number and its trials.
     """
 
     points: tuple[Point, ...]
     seed: int
     files: BlockFiles
+    tasks: tuple[tuple[int, range], ...] = field(init=False, repr=False, compare=False)
 
-    def tasks(self) -> list[tuple[int, range]]:
-        """Return every block of every point: the point's number and its trials."""
-        return [
+    def __post_init__(self) -> None:
+        """Cut the points into blocks."""
+        tasks = tuple(
             (index, block)
             for index, point in enumerate(self.points)
             for block in cut(point.scenario, point.trials)
-        ]
+        )
+        object.__setattr__(self, "tasks", tasks)
+
+    def job(self) -> Job:
+        """Return what tells this study from any other."""
+        points = self.points
+        return Job(
+            kind="study",
+            scenarios=tuple(dump_scenario(point.scenario) for point in points),
+            schemes=tuple(
+                f"{p.name}: {p.trials} x {', '.join((*p.schemes, *p.keep))}" for p in points
+            ),
+            inputs=tuple(d for p in points for d in input_digests(p.scenario, p.schemes)),
+            seed=self.seed,
+            trials=max(point.trials for point in points),
+            version=__version__,
+        )
 
     def sizes(self) -> list[int]:
         """Return trial-slots per task, over all schemes."""
         return [
             len(block) * self.points[index].scenario.n_slots * len(self.points[index].schemes)
-            for index, block in self.tasks()
+            for index, block in self.tasks
         ]
 
     def missing(self) -> list[int]:
         """Return the tasks without a whole file."""
-        return self.files.missing(len(self.tasks()))
+        return self.files.missing(len(self.tasks))
 
-    def compute(self, task: int, advance: Advance) -> Block:
-        """Run one block; return its digest and what is to be kept."""
-        index, trials = self.tasks()[task]
-        point = self.points[index]
-        schemes = resolve_schemes(point.scenario, point.schemes)
-        block = run_block(point.scenario, schemes, self.seed, trials, advance)
-        figures = digest(block.arrays, point.scenario)
-        kept = {KEPT + name: block.arrays[name] for name in point.keep}
-        return Block(block.first, {**figures, **kept})
+    def piece(self, task: int) -> PointPiece:
+        """Return one task's work alone."""
+        index, trials = self.tasks[task]
+        return PointPiece(self.points[index], self.seed, trials)
 
     def write(self, task: int, block: Block) -> None:
         """Write a finished task's arrays."""
@@ -91,29 +127,34 @@ class Study:
 
     def digests(self) -> list[Digest]:
         """Return the digest of every point, its blocks joined in order."""
-        return [
-            join([{k: v for k, v in part.items() if not k.startswith(KEPT)} for part in parts])
-            for parts in self._parts()
-        ]
+        return [self.digest_of(index) for index in range(len(self.points))]
+
+    def digest_of(self, index: int) -> Digest:
+        """Return the digest of one point, its blocks joined in order."""
+        parts = [block.arrays for block in self._blocks(index, lambda name: KEPT not in name)]
+        return join(parts)  # type: ignore[arg-type]
 
     def kept(self, index: int) -> dict[str, Array]:
         """Return the arrays that one point keeps in full, as in a result: scheme, trial, ..."""
-        point, parts = self.points[index], self._parts()[index]
-        shared = ("truth", "present")
+        parts = [block.arrays for block in self.kept_blocks(index)]
         return {
-            name: parts[0][KEPT + name]
+            name: parts[0][name]  # type: ignore[misc]
             if name == "phase"
-            else np.concatenate(
-                [part[KEPT + name] for part in parts], axis=0 if name in shared else 1
-            )
-            for name in point.keep
+            else np.concatenate([part[name] for part in parts], axis=0 if name in SHARED else 1)
+            for name in self.points[index].keep
         }
 
-    def _parts(self) -> list[list[dict[str, Array]]]:
-        parts: list[list[dict[str, Array]]] = [[] for _ in self.points]
-        for task, (index, _) in enumerate(self.tasks()):
-            parts[index].append(dict(self.files.read(task).arrays))  # type: ignore[arg-type]
-        return parts
+    def kept_blocks(self, index: int) -> Iterator[Block]:
+        """Yield what one point keeps in full block by block, one in memory at a time."""
+        for block in self._blocks(index, lambda name: KEPT in name):
+            arrays = {name.removeprefix(KEPT): array for name, array in block.arrays.items()}
+            yield Block(block.first, arrays)
+
+    def _blocks(self, index: int, wanted: Callable[[str], bool]) -> Iterator[Block]:
+        """Read one point's blocks in order, of each only the arrays that are wanted."""
+        for task, (point, _) in enumerate(self.tasks):
+            if point == index:
+                yield self.files.read(task, wanted)
 
 
 def run_study(
@@ -133,25 +174,26 @@ def run_study(
     RunError
         If the work could not be finished; what is done is kept.
     """
+    with holding(study, resume=resume, force=force):
+        do_all(study, workers, progress)
+
+
+@contextmanager
+def holding(study: Study, *, resume: bool, force: bool) -> Iterator[None]:
+    """Check a study and hold its directory: for work on it, and on what is made of it.
+
+    Raises
+    ------
+    StoreError, ScenarioError, SchemeError, RunError
+        As `run_study` does.
+    """
     for point in study.points:
         check_count(point.trials, study.seed)
         resolve_schemes(point.scenario, point.schemes)
         plan_motion(point.scenario, study.seed, range(1))
-    study.files.begin(_job(study.points, study.seed), resume=resume, force=force)
-    with study.files.keeping(len(study.tasks())):
-        do_all(study, workers, progress)
-
-
-def _job(points: Sequence[Point], seed: int) -> Job:
-    return Job(
-        kind="study",
-        scenarios=tuple(dump_scenario(point.scenario) for point in points),
-        schemes=tuple(f"{p.name}: {p.trials} x {', '.join((*p.schemes, *p.keep))}" for p in points),
-        inputs=tuple(d for p in points for d in input_digests(p.scenario, p.schemes)),
-        seed=seed,
-        trials=max(point.trials for point in points),
-        version=__version__,
-    )
+    count = len(study.tasks)
+    with study.files.held(study.job(), count, resume=resume, force=force):
+        yield
 
 
 def study_in(directory: Path, points: Sequence[Point], seed: int) -> Study:

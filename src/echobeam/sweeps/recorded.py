@@ -1,0 +1,196 @@
+"""Sweeps to files: one tidy result, and each point's full result beside it on request."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from echobeam.simulation.dataset import VARIABLES
+from echobeam.store.block_files import BlockFiles
+from echobeam.store.result import write_result
+from echobeam.store.workers import HERE, Progress, Workers, do_all
+from echobeam.store.writing import StoreError, check_writable, clear_leftovers, replacing
+from echobeam.sweeps.grid import Grid, grid_dataset, scheme_names, tidy_csv
+from echobeam.sweeps.points import Study, holding
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WHOLE = (*VARIABLES, "phase")
+"""What is kept of every point where full results are asked for."""
+
+JOB, VARY = "job", "vary"
+"""Attributes of a sweep's result: what tells it from any other, and what was varied."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """What to run over a grid and where to put it.
+
+    Attributes
+    ----------
+    grid
+        Which scenarios.
+    schemes, trials, seed
+        As for `simulate`, at every point; no trials means as many as the scenario says.
+    out
+        The tidy result; the full ones are in a directory beside it.
+    csv
+        A table of the figures, if asked for.
+    full
+        Whether to write every point's full result too.
+    workers, resume, force
+        As for a `Recording`.
+    """
+
+    grid: Grid
+    schemes: tuple[str, ...]
+    trials: int | None
+    seed: int
+    out: Path
+    csv: Path | None = None
+    full: bool = False
+    workers: Workers = HERE
+    resume: bool = False
+    force: bool = False
+
+    def study(self) -> Study:
+        """Return the points as one piece of work."""
+        points = self.grid.points(self.schemes, self.trials, WHOLE if self.full else ())
+        return Study(tuple(points), self.seed, BlockFiles.beside(self.out))
+
+    def vary(self) -> str:
+        """Return what varies, as it is kept in the result."""
+        return json.dumps({axis.key: axis.values for axis in self.grid.axes})
+
+
+def point_path(out: Path, index: int) -> Path:
+    """Return the file of one point's full result, counted from 0 in the grid's order."""
+    return out.parent / f"{out.stem}-points" / f"{index + 1:04d}.nc"
+
+
+def record_sweep(sweep: Sweep, progress: Progress = lambda done, total: None) -> bool:
+    """Run a grid of scenarios to its files.
+
+    Returns
+    -------
+    bool
+        Whether there was anything to do; a finished sweep that is resumed is left as it is.
+
+    Raises
+    ------
+    StoreError, ScenarioError, SchemeError, SweepError
+        If the input is wrong; nothing has been run then.
+    RunError
+        If the work could not be finished; its blocks are kept.
+    """
+    study = sweep.study()
+    names = scheme_names(study)
+    if sweep.resume and not sweep.force and _finished(sweep, study):
+        study.files.remove()
+        return _write_csv(sweep)
+    _check_places(sweep, study)
+    with holding(study, resume=sweep.resume, force=sweep.force):
+        clear_leftovers(sweep.out)
+        do_all(study, sweep.workers, progress)
+        if sweep.full:
+            _write_points(sweep, study, names)
+        dataset = grid_dataset(sweep.grid, study)
+        dataset.attrs |= {JOB: study.job().digest(), VARY: sweep.vary()}
+        if sweep.full:
+            dataset["result"] = _point_names(sweep, study)
+        with replacing(sweep.out) as temporary:
+            dataset.to_netcdf(temporary, engine="h5netcdf")
+        _write_csv(sweep)
+        study.files.remove()
+    return True
+
+
+def open_sweep(path: Path) -> xr.Dataset:
+    """Open a sweep's result.
+
+    Raises
+    ------
+    StoreError
+        If the file is none.
+    """
+    import xarray as xr
+
+    try:
+        dataset = xr.open_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError, KeyError) as error:
+        raise StoreError(f"{path}: not a NetCDF-4 file: {error}") from None
+    if JOB not in dataset.attrs:
+        dataset.close()
+        raise StoreError(f"{path}: not the result of a sweep")
+    return dataset
+
+
+def _finished(sweep: Sweep, study: Study) -> bool:
+    """Whether all results are there: a sweep may be killed after its last file is in place."""
+    if not sweep.out.is_file():
+        return False
+    try:
+        with open_sweep(sweep.out) as found:
+            same = (found.attrs[JOB], found.attrs[VARY]) == (study.job().digest(), sweep.vary())
+    except StoreError:
+        return False
+    return same and all(path.is_file() for path in _point_paths(sweep, study))
+
+
+def _check_places(sweep: Sweep, study: Study) -> None:
+    """Refuse what is in the way, unless it is what the interrupted sweep itself has left."""
+    ours = sweep.resume and study.files.matches(study.job())
+    for path in filter(None, (sweep.out, sweep.csv)):
+        check_writable(path, force=sweep.force)
+    folder = point_path(sweep.out, 0).parent
+    if sweep.full and folder.exists() and not folder.is_dir():
+        raise StoreError(f"{folder}: is in the way of the points' results; give another --out")
+    for path in _point_paths(sweep, study):
+        if path.exists() and not (ours or sweep.force):
+            raise StoreError(
+                f"{path}: exists already; give another --out, or --force to replace it"
+            )
+
+
+def _point_paths(sweep: Sweep, study: Study) -> list[Path]:
+    count = len(study.points) if sweep.full else 0
+    return [point_path(sweep.out, index) for index in range(count)]
+
+
+def _write_points(sweep: Sweep, study: Study, names: Sequence[str]) -> None:
+    """Write every point's full result, one block in memory at a time."""
+    if sweep.force:
+        for stale in point_path(sweep.out, 0).parent.glob("[0-9][0-9][0-9][0-9].nc"):
+            stale.unlink()  # of a grid that had more points
+    for index, path in enumerate(_point_paths(sweep, study)):
+        path.parent.mkdir(exist_ok=True)
+        clear_leftovers(path)
+        point = study.points[index]
+        blocks = study.kept_blocks(index)
+        write_result(path, point.scenario, names, study.seed, point.trials, blocks)
+
+
+def _point_names(sweep: Sweep, study: Study) -> xr.Variable:
+    """Return where the points' full results are, over the grid and beside the tidy result."""
+    import xarray as xr
+
+    paths = [str(path.relative_to(sweep.out.parent)) for path in _point_paths(sweep, study)]
+    shape = [len(axis.values) for axis in sweep.grid.axes]
+    dims = [axis.key for axis in sweep.grid.axes]
+    words = {"long_name": "file of the point's full result, beside this one"}
+    return xr.Variable(dims, np.array(paths).reshape(shape), words)
+
+
+def _write_csv(sweep: Sweep) -> bool:
+    """Write the table if it is asked for and not there; return whether it was written."""
+    if sweep.csv is None or (sweep.csv.exists() and not sweep.force):
+        return False
+    with open_sweep(sweep.out) as dataset, replacing(sweep.csv) as temporary:
+        tidy_csv(dataset, temporary)
+    return True
