@@ -106,3 +106,18 @@ def test_no_trials_and_no_objects() -> None:
         min_rate=np.zeros(0),
     )
     assert solve_batch(empty).converged.all()
+
+
+def test_an_object_that_is_not_worth_serving_does_not_hold_up_the_others() -> None:
+    batch = _batch(
+        angles=np.radians([[74.4, 140.9], [72.7, 134.6], [74.5, 132.7]]),
+        coverage_halfwidths=np.radians([[6.3, 45.0], [4.5, 45.0], [4.5, 45.0]]),
+        min_rate=np.zeros(2),
+    )
+    result = solve_batch(batch)
+    assert result.converged.all()
+    assert result.iterations.max() < 40
+    alone = solve_batch(replace(batch, active=np.array([[True, False]] * 3)))
+    np.testing.assert_allclose(result.objective, alone.objective, rtol=1e-8)
+    for trial in range(3):
+        assert violation(batch.problem(trial), result.beams[trial]).largest < 1e-6

@@ -39,6 +39,10 @@ LIVE = 0.75
 CURVED = 3e-5
 """How far from positive semidefinite a shape's dual matrix may be, relative to its diagonal."""
 
+UNFINISHED, UNPROVED = 0.1, 0.5
+"""Parts of `Uplink.leeway` to which the beam of an object that is not served may miss the best one,
+and the proof that there is no better one: the object could not become worth serving by that."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trials:
@@ -145,8 +149,7 @@ def _descend(
         look = np.repeat(ready, n_objects)
         if wide:
             look |= work.barrier < before
-        worst = _look(beams_now, work, np.flatnonzero(look))
-        ready &= np.max(worst.reshape(-1, n_objects), axis=1) < cuts.MISSED
+        ready = _look(beams_now, work, work_powers, np.flatnonzero(look), ready)
         # What a settled trial does from here on, while others still work, is not recorded.
         new = np.flatnonzero(ready & ~settled[live])
         settled[live[new]], steps[live[new]] = True, count
@@ -173,25 +176,43 @@ def _quiet_rate(powers: Uplink, power: Array) -> Array:
     return rate
 
 
-def _look(beams: BeamSet, shapes: Shapes, which: IntArray) -> Array:
-    """Compare some beams with the full grid and impose what they miss; return how much that is."""
-    worst = np.zeros(shapes.target.size)
+def _look(
+    beams: BeamSet, shapes: Shapes, powers: Uplink, which: IntArray, ready: BoolArray
+) -> BoolArray:
+    """Compare some beams with the full grid; return the trials that are ready and keep it.
+
+    Beams of the others get points imposed where they miss it.
+    """
+    if not which.size:
+        return ready
+    excess = cuts.relative_excess(beams.taken(which), shapes.taken(which))
+    met = np.ones(shapes.target.size, dtype=bool)
+    allowed = np.maximum(cuts.MISSED, _unfinished(powers)[which])
+    met[which] = np.max(excess, axis=0) < allowed
+    settled: BoolArray = ready & np.all(met.reshape(ready.size, -1), axis=1)
+    going = ~np.repeat(settled, powers.loss.shape[1])[which]
+    which = which[going]
     if which.size:
         part, part_beams = shapes.taken(which), beams.taken(which)
-        excess = cuts.relative_excess(part_beams, part)
-        cuts.impose(part_beams, part, excess)
+        cuts.impose(part_beams, part, excess[:, going])
         beams.points[which] = part_beams.points
         shapes.put(which, part)
-        worst[which] = np.max(excess, axis=0)
-    return worst
+    return settled
 
 
 def _ready(shapes: Shapes, powers: Uplink) -> BoolArray:
-    ready = (shapes.barrier <= LAST_BARRIER) & (shapes.ripple <= shapes.target)
-    ready &= shapes.residual < DONE
+    unfinished = _unfinished(powers)
+    last = unfinished * shapes.power / (2.0 * shapes.cover)
+    ready = (shapes.barrier <= np.maximum(LAST_BARRIER, last)) & (shapes.ripple <= shapes.target)
+    ready &= shapes.residual < np.maximum(DONE, unfinished)
     trial_ready: BoolArray = np.all(ready.reshape(powers.loss.shape), axis=1)
     trial_ready &= powers.residual < DONE_POWERS
     return trial_ready
+
+
+def _unfinished(powers: Uplink) -> Array:
+    """Return by what part of its power each beam may miss the best one, ``(S,)``."""
+    return UNFINISHED * powers.leeway.reshape(-1)
 
 
 def _weights(level: Array) -> Array:
@@ -251,7 +272,9 @@ def _globally_best(shapes: Shapes, powers: Uplink) -> BoolArray:
     spread = 1.0 - shapes.ripple * np.sum(shapes.low + shapes.high, axis=0)
     form = barrier.curvature(shapes, bend, spread)
     diagonal = np.arange(form.shape[0])
-    form[diagonal, diagonal] += CURVED * (1.0 + np.max(np.abs(np.einsum("iis->is", form)), axis=0))
+    largest = 1.0 + np.max(np.abs(np.einsum("iis->is", form)), axis=0)
+    leeway = powers.leeway.reshape(-1)
+    form[diagonal, diagonal] += np.maximum(CURVED * largest, UNPROVED * leeway)
     upper, _ = symmetric.factor(form)
     proved = symmetric.positive_definite(upper).reshape(powers.loss.shape)
     best: BoolArray = np.all(proved, axis=1)

@@ -27,6 +27,9 @@ FALL = 0.1
 TO_BOUNDARY = 0.99
 BISECTIONS = 50
 
+SILENT = 1e-8
+"""Part of the power below which an object counts as not served."""
+
 
 @dataclass(slots=True)
 class Uplink:
@@ -48,6 +51,9 @@ class Uplink:
         ``(T,)``: common factor of the floors' rates that can be met; 1 if all can.
     residual
         ``(T,)``: KKT residual of the share, relative.
+    leeway
+        ``(T, K)``: by what part the cost of an object's beam could fall before the object would be
+        worth serving; 0 for those that are served.
     """
 
     loss: Array
@@ -58,6 +64,7 @@ class Uplink:
     level: Array
     factor: Array
     residual: Array
+    leeway: Array
 
     def taken(self, index: IntArray) -> Uplink:
         """Return some of the trials, copied."""
@@ -91,6 +98,7 @@ def start_uplink(loss: Array, threshold: Array, share: Array | None = None) -> U
         level=share / loss,
         factor=np.ones(n_trials),
         residual=np.full(n_trials, np.inf if n_objects > 1 else 0.0),
+        leeway=np.zeros(loss.shape),
     )
 
 
@@ -118,6 +126,8 @@ def step(uplink: Uplink, power: Array, leak: Array) -> None:
     level = base + _times(jacobian, uplink.share)
     uplink.level = np.where(met[:, np.newaxis], level, uplink.level)
     uplink.residual = np.where(met, uplink.residual, 0.0)
+    silent = met[:, np.newaxis] & (uplink.loss * uplink.level < SILENT)
+    uplink.leeway = np.where(silent, uplink.leeway, 0.0)
 
 
 def downlink(uplink: Uplink, power: Array, leak: Array) -> tuple[Array, Array]:
@@ -181,6 +191,9 @@ def _newton(uplink: Uplink, base: Array, jacobian: Array, power: Array, leak: Ar
     relief = 1.0 / noise - 1.0 / total
     slope = 1.0 / total - _times(np.swapaxes(leak, 1, 2), relief)
     slope = _times(np.swapaxes(jacobian, 1, 2), slope) / scale
+    margin = np.maximum(np.sum(share * slope, axis=1, keepdims=True) - slope, 0.0)
+    own = np.einsum("tkk->tk", jacobian) / total / scale
+    uplink.leeway = margin / (margin + own)
     reach = (np.eye(share.shape[1]) + leak) @ jacobian / total[:, :, np.newaxis]
     bend = np.swapaxes(reach, 1, 2) @ reach / scale[:, :, np.newaxis]
     mean = np.sum(share * price, axis=1, keepdims=True) / share.shape[1]
