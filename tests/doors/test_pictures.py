@@ -147,7 +147,8 @@ def test_letters_are_large_enough_to_print(kind):
 
 def test_all_pictures_are_written_beside_the_stem(tmp_path):
     written = draw_all(build_result(trials=2), tmp_path / "run.v2", ".png")
-    expected = [f"run.v2-{kind}.png" for kind in ("rate", "tracking", "patterns", "trajectories")]
+    kinds = ("rate", "tracking", "patterns", "trajectories", "consistency", "forecast")
+    expected = [f"run.v2-{kind}.png" for kind in kinds]
     assert [path.name for path in written] == expected
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(expected)
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in written)

@@ -89,6 +89,7 @@ def build_result(
         "beam": np.full((*shape, n_tx, 2), np.nan),
         "sinr": np.full(shape, np.nan),
     }
+    fallback = np.zeros((S, T, slots), dtype=bool)
     noise = rng.standard_normal((T, slots, K, 3))
     for s, scheme in enumerate(schemes):
         _fill(out, s, scheme, truth, noise, omni, n_tx, power)
@@ -101,6 +102,7 @@ def build_result(
     for values in out.values():
         values[np.broadcast_to(~present.reshape(1, *present.shape), shape)] = np.nan
     result = _label(out, truth, present, schemes, phases, time)
+    result["fallback"] = (("scheme", "trial", "slot"), fallback)
     result.attrs = {
         "scenario": SCENARIO.format(
             name=name, n_tx=n_tx, power=power, height=height, speed=speed,

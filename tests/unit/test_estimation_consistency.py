@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from echobeam.estimation.consistency import chi_square_band, nees, nis
+from echobeam.estimation.consistency import chi_square_band, nees, nis, share_band
+from echobeam.estimation.gaussian import propagate, update
 
 
 def random_covariances(rng: np.random.Generator, shape: tuple[int, ...], size: int) -> np.ndarray:
@@ -72,3 +73,57 @@ def test_band_of_many_samples_is_that_of_the_normal() -> None:
     half = 1.959963984540054 * math.sqrt(2 * 3 / 1e8)
     assert low == pytest.approx(3 - half, abs=1e-3 * half)
     assert high == pytest.approx(3 + half, abs=1e-3 * half)
+
+
+def test_band_of_a_share_holds_it_and_no_more_than_needed() -> None:
+    """Against sums of the binomial's probabilities themselves."""
+    n, p = 40, 0.9
+    low, high = share_band(p, n)
+    law = [math.comb(n, k) * p**k * (1 - p) ** (n - k) for k in range(n + 1)]
+    first, last = round(low * n), round(high * n)
+    assert sum(law[:first]) <= 0.025 < sum(law[: first + 1])
+    assert sum(law[last + 1 :]) <= 0.025 < sum(law[last:])
+    assert share_band(1.0, 7) == (1.0, 1.0)
+
+
+def filtered(believed: float, trials: int, slots: int = 20) -> tuple[np.ndarray, np.ndarray]:
+    """NEES and NIS, ``(slots,)`` means over trials, of a Kalman filter on a linear model.
+
+    The truth has process noise Q; the filter believes in ``believed`` times Q.
+    """
+    rng = np.random.default_rng(12)
+    G = np.array([[1.0, 0.1, 0.0], [0.0, 1.0, 0.1], [0.0, 0.0, 1.0]])
+    H, Q, variance = np.eye(2, 3), np.diag([0.1, 0.2, 0.3]), np.array([0.2, 0.5])
+    P = np.broadcast_to(np.diag([1.0, 2.0, 3.0]), (trials, 3, 3))
+    truth = rng.normal(size=(trials, 3)) * np.sqrt([1.0, 2.0, 3.0])
+    mean = np.zeros((trials, 3))
+    errors, surprises = [], []
+    for _ in range(slots):
+        truth = truth @ G.T + rng.normal(size=truth.shape) * np.sqrt(np.diag(Q))
+        mean, P = mean @ G.T, propagate(P, np.broadcast_to(G, P.shape), believed * Q)
+        seen = truth @ H.T + rng.normal(size=(trials, 2)) * np.sqrt(variance)
+        innovation = seen - mean @ H.T
+        wide = np.broadcast_to(variance, innovation.shape)
+        rows = np.broadcast_to(H, (trials, 2, 3))
+        surprises.append(nis(innovation, P, rows, wide, angles=()).mean())
+        mean, P = update(mean, P, innovation, rows, wide)
+        errors.append(nees(mean - truth, P, angles=()).mean())
+    return np.array(errors), np.array(surprises)
+
+
+def test_a_matched_linear_filter_is_inside_its_bands() -> None:
+    """40 means, each outside its band with probability 1e-4: a false alarm in 0.4 %."""
+    errors, surprises = filtered(1.0, trials=400)
+    for values, degrees in ((errors, 3), (surprises, 2)):
+        low, high = chi_square_band(degrees, 400, confidence=1 - 1e-4)
+        assert low < values.min()
+        assert values.max() < high
+
+
+@pytest.mark.parametrize(("believed", "side"), [(0.05, 1), (20.0, -1)])
+def test_a_filter_with_a_wrong_covariance_is_outside(believed: float, side: int) -> None:
+    """Overconfident above the band, timid below it, once the process noise has had its effect."""
+    for values, degrees in zip(filtered(believed, trials=400), (3, 2), strict=True):
+        low, high = chi_square_band(degrees, 400)
+        settled = values[10:]
+        assert (settled > high).all() if side > 0 else (settled < low).all()

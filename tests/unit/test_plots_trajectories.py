@@ -7,8 +7,9 @@ import pytest
 from matplotlib.patches import Ellipse
 from scipy import stats
 
+from echobeam.physics.position import offset, offset_cov
 from echobeam.plots import trajectories
-from echobeam.plots.ground import occupants, offset, offset_cov, read_scene
+from echobeam.plots.ground import occupants, read_scene
 from echobeam.plots.setting import read_setting
 
 from .plot_dataset import build_result

@@ -2,7 +2,10 @@ import numpy as np
 import pytest
 
 import echobeam as eb
-from echobeam.simulation.forecast import forecast_errors
+from echobeam.physics.motion import uav_path
+from echobeam.simulation.forecast import forecast_errors, forecasts, plane_sigmas
+from echobeam.tracking.filter import predict_steps
+from echobeam.values import GaussianState, UavMotion
 
 
 @pytest.fixture(scope="module")
@@ -17,9 +20,9 @@ def test_an_honest_filter_keeps_its_promise_at_every_horizon(matched):
     """Errors over what was promised: 300 independent trials each; 5 sigma of a variance's ratio."""
     scenario, result = matched
     found = forecast_errors(result.isel(slot=slice(3, None)), scenario).sel(scheme="omni")
-    ratio = (found["rmse"] / found["promised"]).sel(state=["angle", "distance"]).values ** 2
+    ratio = (found["rmse"] / found["promised"]).sel(quantity=["angle", "distance"]).values ** 2
     assert np.abs(ratio - 1).max() < 5 * np.sqrt(2 / 300)
-    inside = found["inside"].sel(state=["angle", "distance"]).values
+    inside = found["inside"].sel(quantity=["angle", "distance"]).values
     assert (inside > 0.9973 - 5 * np.sqrt(0.0027 / 300)).all()
 
 
@@ -29,7 +32,7 @@ def test_the_longest_forecast_is_the_repeated_prediction(matched):
     found = forecast_errors(result, scenario).sel(scheme="omni", horizon=1)
     error = (result["predicted"] - result["truth"]).sel(scheme="omni").isel(slot=slice(1, None))
     rmse = np.sqrt((error**2).mean(("trial", "slot", "object")))
-    np.testing.assert_allclose(found["rmse"].values, rmse.values, rtol=1e-9)
+    np.testing.assert_allclose(found["rmse"].values[:3], rmse.values, rtol=1e-9)
     assert found["count"] == 300 * 9
 
 
@@ -46,3 +49,103 @@ def test_a_forecast_counts_only_while_the_object_stays(matched):
     found = forecast_errors(gone, scenario)["count"].sel(scheme="omni")
     assert found.sel(horizon=9) == 0
     assert found.sel(horizon=1) == 300 * 7
+
+
+def test_forecasts_are_the_filters_own_repeated_predictions(matched):
+    """Against `predict_steps`, state by state."""
+    scenario, result = matched
+    one = result.sel(scheme="omni").isel(trial=slice(0, 4), slot=[2, 5])
+    path = uav_path(100.0, 15.0, -np.pi / 2, 0.01, 10)
+    made = list(
+        forecasts(
+            one["estimated"].values,
+            one["estimated_cov"].values,
+            np.array([2, 5]),
+            7,
+            path,
+            scenario,
+        )
+    )
+    assert [item.mean.shape[1] for item in made] == [2, 2, 2, 2, 1, 1, 1]
+    std = np.array(
+        [scenario.filter.angle_std, scenario.filter.distance_std, scenario.filter.velocity_std]
+    )
+    state = GaussianState(
+        one["estimated"].values[:, 0], one["estimated_cov"].values[:, 0], np.ones((4, 1), bool)
+    )
+    down = UavMotion(15.0, -np.pi / 2)
+    steps = predict_steps(state, [down] * 7, 0.01, std, scenario.filter.evolution)
+    for item, step in zip(made, steps, strict=True):
+        np.testing.assert_allclose(item.mean[:, 0], step.mean, rtol=1e-12)
+        np.testing.assert_allclose(item.cov[:, 0], step.cov, rtol=1e-9, atol=1e-15)
+
+
+def test_positions_keep_their_promise_as_angles_and_distances_do(matched):
+    """Shares of 300 tracks inside: 5 sigma of a binomial; the mean square: see above."""
+    scenario, result = matched
+    found = forecast_errors(result, scenario, range(5, 6)).sel(scheme="omni", quantity="position")
+    ratio = (found["rmse"] / found["promised"]).values ** 2
+    assert np.abs(ratio - 1).max() < 5 * np.sqrt(2 / 300)
+    assert (found["inside"].values > 0.9973 - 5 * np.sqrt(0.0027 / 300)).all()
+
+
+def test_the_plane_is_held_as_much_as_the_line():
+    assert 1 - np.exp(-(plane_sigmas() ** 2) / 2) == pytest.approx(0.9973002, abs=1e-7)
+
+
+def test_chosen_slots_give_every_horizon_the_same_forecasts(matched):
+    scenario, result = matched
+    found = forecast_errors(result, scenario, range(3, 6)).sel(scheme="omni")
+    assert found.sizes["horizon"] == 5
+    np.testing.assert_array_equal(found["count"].values, 3 * 300)
+    alone = [forecast_errors(result, scenario, range(s, s + 1)) for s in (3, 4, 5)]
+    squares = [one["rmse"].sel(scheme="omni").isel(horizon=slice(0, 5)) ** 2 for one in alone]
+    np.testing.assert_allclose(found["rmse"].values ** 2, sum(squares).values / 3, rtol=1e-12)
+
+
+def test_degrees_of_freedom_count_tracks_not_forecasts(matched):
+    """Tracks of one scenario have nearly the same variances: nearly 300 degrees of freedom."""
+    scenario, result = matched
+    degrees = forecast_errors(result, scenario, range(3, 6))["degrees"].sel(scheme="omni").values
+    assert (degrees <= 300 * (1 + 1e-12)).all()
+    assert (degrees > 290).all()
+
+
+def test_chunks_and_the_order_of_dimensions_do_not_change_errors(matched, monkeypatch):
+    scenario, result = matched
+    whole = forecast_errors(result, scenario)
+    monkeypatch.setattr("echobeam.simulation.forecast.CHUNK", 41)
+    parts = forecast_errors(result.transpose(*reversed(list(result.sizes))), scenario)
+    for name in whole:
+        np.testing.assert_allclose(parts[name].values, whole[name].values, rtol=1e-9)
+
+
+def test_who_predicts_nothing_or_knows_everything_makes_no_forecast():
+    scenario = eb.load_scenario("paper-single")
+    result = eb.simulate(scenario, ["pilot-needle", "genie", "omni"], trials=3)
+    found = forecast_errors(result, scenario)
+    np.testing.assert_array_equal(found["count"].sel(scheme=["pilot-needle", "genie"]).values, 0)
+    assert np.isnan(found["rmse"].sel(scheme=["pilot-needle", "genie"]).values).all()
+    assert (found["count"].sel(scheme="omni").values > 0).all()
+
+
+def test_a_column_that_passes_to_another_object_ends_the_forecast(matched):
+    """Somebody else 50 m away takes over in slot 6, without a gap."""
+    scenario, result = matched
+    other = result.copy(deep=True)
+    other["truth"][:, 5:, :, 0] = np.arctan2(1, 1 / np.tan(other["truth"][:, 5:, :, 0]) + 0.5)
+    other["truth"][:, 5:, :, 1] = (
+        result["truth"][:, 5:, :, 1]
+        * np.sin(result["truth"][:, 5:, :, 0])
+        / np.sin(other["truth"][:, 5:, :, 0])
+    )
+    found = forecast_errors(other, scenario)["count"].sel(scheme="omni")
+    assert found.sel(horizon=1) == 300 * 8
+    assert found.sel(horizon=5) == 0
+
+
+def test_nobody_to_forecast():
+    scenario = eb.load_scenario("paper-single").model_copy(update={"objects": ()})
+    found = forecast_errors(eb.simulate(scenario, ["omni"], trials=2), scenario)
+    np.testing.assert_array_equal(found["count"].values, 0)
+    assert np.isnan(found["promised"].values).all()

@@ -19,11 +19,14 @@ import click
     "--kind",
     "kinds",
     multiple=True,
-    type=click.Choice(["rate", "tracking", "patterns", "trajectories"]),
+    type=click.Choice(
+        ["rate", "tracking", "patterns", "trajectories", "consistency", "forecast"]
+    ),
     help="Which picture; repeatable. Default: all.",
 )
 def command(result: Path, out: Path | None, kinds: tuple[str, ...]) -> None:
-    r"""Draw RESULT: rate, tracking error against its bound, beam patterns, trajectories.
+    r"""Draw RESULT: rate, tracking error against its bound, beam patterns, trajectories,
+    consistency of the filter, and the errors of its forecasts.
 
     Pictures of the same name are replaced.
 

@@ -82,6 +82,25 @@ def chi_square_band(
     return float(low), float(high)
 
 
+def share_band(probability: float, samples: int, confidence: float = 0.95) -> tuple[float, float]:
+    """Return the band in which the share of successes of independent trials lies.
+
+    Parameters
+    ----------
+    probability
+        Of a success.
+    samples
+        Number of trials.
+    confidence
+        Least probability of the band: shares are whole multiples of 1 / samples.
+    """
+    from scipy.stats import binom
+
+    tail = 0.5 * (1.0 - confidence)
+    low, high = binom.ppf([tail, 1.0 - tail], samples, probability) / samples
+    return float(low), float(high)
+
+
 def _wrapped(error: Array, angles: tuple[int, ...]) -> Array:
     """Return a copy of the errors with the angles among them wrapped."""
     error = np.array(error, dtype=np.float64)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from echobeam.plots import patterns, rate, tracking, trajectories
+from echobeam.plots import consistency, forecast, patterns, rate, tracking, trajectories
 from echobeam.plots.saving import picture_format, save
 from echobeam.plots.setting import PlotError
 
@@ -26,6 +26,8 @@ KINDS: dict[str, Callable[[xr.Dataset], Figure]] = {
     "tracking": tracking.draw,
     "patterns": patterns.draw,
     "trajectories": trajectories.draw,
+    "consistency": consistency.draw,
+    "forecast": forecast.draw,
 }
 """Every kind of picture and the function that draws it."""
 

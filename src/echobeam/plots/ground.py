@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from echobeam.physics.motion import uav_path
+from echobeam.physics.position import offset, offset_cov
 from echobeam.plots.setting import Setting
+from echobeam.simulation.forecast import same_object
 from echobeam.values import STATE, Array, BoolArray
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_ANGLE, _DISTANCE, _VELOCITY = (STATE.index(name) for name in ("angle", "distance", "velocity"))
-
-# m: a car does not leap so far in a slot, and two cars are further apart.
-_JUMP = 1.0
+_VELOCITY = STATE.index("velocity")
 
 
 class Scene(NamedTuple):
@@ -59,23 +58,6 @@ def read_scene(result: xr.Dataset, scheme: str, trial: int, setting: Setting) ->
     )
 
 
-def offset(state: Array) -> Array:
-    """Return where a state ``(..., S)`` lies as seen from the UAV, ``(..., 2)`` m: x and height."""
-    theta, d = state[..., _ANGLE], state[..., _DISTANCE]
-    return np.stack([d * np.cos(theta), -d * np.sin(theta)], axis=-1)
-
-
-def offset_cov(state: Array, cov: Array) -> Array:
-    """Return the covariance ``(..., 2, 2)`` m^2 of `offset`, to first order."""
-    theta, d = state[..., _ANGLE], state[..., _DISTANCE]
-    sin, cos = np.sin(theta), np.cos(theta)
-    jacobian = np.stack(
-        [np.stack([-d * sin, cos], axis=-1), np.stack([-d * cos, -sin], axis=-1)], axis=-2
-    )
-    picked = cov[..., [[_ANGLE], [_DISTANCE]], [_ANGLE, _DISTANCE]]
-    return np.asarray(np.einsum("...ij,...jk,...lk->...il", jacobian, picked, jacobian))
-
-
 def flight(time: Array, setting: Setting) -> Array:
     """Return the UAV's path ``(slot, 2)``, m; it stays at 0 if its height is not known."""
     if setting.height is None or time.size < 2:
@@ -101,9 +83,7 @@ def occupants(true: Array, velocity: Array, time: Array) -> list[slice]:
         ``(slot,)`` s.
     """
     there: BoolArray = np.asarray(np.isfinite(true).all(axis=-1))
-    moved = np.diff(true[:, 0], prepend=np.nan)
-    expected = velocity * np.diff(time, prepend=np.nan)
-    # Comparisons with NaN are false: nobody before, nobody the same.
-    same: BoolArray = np.abs(moved - expected) <= _JUMP + np.abs(expected)
+    step = float(time[1] - time[0]) if time.size > 1 else 0.0
+    same = np.append(False, same_object(true[:, :1], velocity[:, None], step)[:, 0])
     breaks = np.append(np.flatnonzero(~same), there.size)
     return [slice(int(start), int(end)) for start, end in pairwise(breaks) if there[start]]

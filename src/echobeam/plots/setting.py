@@ -10,11 +10,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from echobeam.faults import InputError
+from echobeam.scenario.load import ScenarioError, validate
 from echobeam.units import QuantityError, parse_quantity
 from echobeam.values import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from echobeam.scenario.model import Scenario
 
 
 class PlotError(InputError):
@@ -90,6 +93,15 @@ def read_setting(result: xr.Dataset) -> Setting:
         heading=_number(scenario, "uav", "heading", "angle", 0.0),
         floor=_number(scenario, "uav", "floor", "length", 0.0),
     )
+
+
+def read_scenario(result: xr.Dataset) -> Scenario | None:
+    """Return the complete scenario of a result, None if its attributes do not hold one."""
+    try:
+        document = tomllib.loads(str(result.attrs["scenario"]))
+        return validate(document, "the result's scenario")
+    except (KeyError, tomllib.TOMLDecodeError, ScenarioError):
+        return None
 
 
 def check_variables(result: xr.Dataset, *names: str) -> None:

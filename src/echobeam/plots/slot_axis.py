@@ -22,10 +22,10 @@ def label_slots(axes: Axes, slot_seconds: float | None) -> None:
     axes.set_xlabel("Slot" if slot_seconds is None else f"Slot ({slot_seconds * 1e3:g} ms each)")
 
 
-def limit_slots(axes: Axes, result: xr.Dataset) -> None:
+def limit_slots(axes: Axes, result: xr.Dataset, ticks: int = 10) -> None:
     """Give the slot axis whole numbers and half a slot of room at both ends."""
     slots = result["slot"].values
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=10, integer=True, min_n_ticks=1))
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=ticks, integer=True, min_n_ticks=1))
     if slots.size:
         axes.set_xlim(slots[0] - 0.5, slots[-1] + 0.5)
 

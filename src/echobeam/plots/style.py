@@ -18,6 +18,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 COLUMN = 3.5
 """Width of a column in a two-column paper, inches."""
@@ -191,6 +192,18 @@ def draw_line(axes: Axes, x: Any, y: Any, look: Look, label: str, *, zorder: flo
     return line
 
 
+def scale_log(axes: Axes) -> None:
+    """Give the axes a logarithmic scale with plain numbers, several of them on a short one."""
+    axes.set_yscale("log")
+    axes.margins(y=0.08)
+    low, high = axes.get_ylim()
+    finer = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0) if high < 12.0 * low else (1.0, 2.0, 5.0)
+    subs = finer if high < 200.0 * low else (1.0,)
+    axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=12))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
 def add_note(axes: Axes, text: str, height: float = 0.5) -> None:
     """Say in the middle of the axes why there is nothing, or not everything, to see."""
     axes.text(
@@ -217,7 +230,7 @@ def add_legend(figure: Figure, handles: Sequence[Artist]) -> None:
             handles=list(handles), loc="outside lower center", ncols=columns, borderaxespad=0.2
         )
         extent = legend.get_window_extent()
-        if columns == 1 or extent.width <= 0.98 * figure.bbox.width:
+        if columns == 1 or extent.width <= 0.93 * figure.bbox.width:
             extra = extent.height / figure.dpi - _USUAL_LEGEND
             figure.set_figheight(figure.get_figheight() + max(0.0, extra))
             return

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from echobeam.plots import style
 from echobeam.plots.series import estimation_errors, pooled_bound
@@ -93,7 +92,7 @@ def _draw_panel(
             axes.plot(result["slot"].values, values, color=looks[names[i]].colour, **_BOUND)
         label = "posterior Cramér–Rao bound"
         handles.append(Line2D([], [], color=style.FAINT, label=label, **_BOUND))
-    _scale_errors(axes)
+    style.scale_log(axes)
     return handles + shade_phases(axes, result)
 
 
@@ -110,14 +109,3 @@ def _draw_errors(
 def _positive(values: Array) -> Array:
     """Leave gaps where a logarithmic axis has no place for a value."""
     return np.where(values > _ZERO, values, np.nan)
-
-
-def _scale_errors(axes: Axes) -> None:
-    axes.set_yscale("log")
-    axes.margins(y=0.08)
-    low, high = axes.get_ylim()
-    finer = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0) if high < 12.0 * low else (1.0, 2.0, 5.0)
-    subs = finer if high < 200.0 * low else (1.0,)
-    axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=12))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())

@@ -1,16 +1,18 @@
-"""How far ahead a filter sees: errors of predictions without measurements, against the horizon."""
+"""How far ahead a filter sees: predictions without measurements, and what became of them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from echobeam.estimation.gaussian import propagate, wrap
 from echobeam.physics.motion import UavPath, uav_path
+from echobeam.physics.position import offset, offset_cov
 from echobeam.scenario.model import Scenario
 from echobeam.tracking.evolution import evolution_jacobian, evolve
-from echobeam.values import Array, BoolArray
+from echobeam.values import STATE, Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,73 +23,213 @@ MOST_SLOTS = 50
 SIGMAS = 3.0
 """Half-width of the promised band, in standard deviations."""
 
+QUANTITIES = (*STATE, "position")
+"""What is forecast; the position is that in the vertical plane above the road."""
 
-def forecast_errors(result: xr.Dataset, scenario: Scenario) -> xr.Dataset:
-    """Return what became of forecasts from every slot's posterior, per scheme and horizon.
+CHUNK = 128
 
-    The UAV's flight is known ahead. A forecast counts where the object was known when it was
-    made and the same object is still there when it falls due.
+# m: a car does not leap so far in a slot, and two cars are further apart.
+_JUMP = 1.0
+
+
+class Forecast(NamedTuple):
+    """Forecasts over one horizon: states ``(..., S)`` rad, m, m/s and covariances."""
+
+    horizon: int
+    mean: Array
+    cov: Array
+
+
+def forecasts(
+    mean: Array, cov: Array, origins: IntArray, most: int, path: UavPath, scenario: Scenario
+) -> Iterator[Forecast]:
+    """Yield the predictions from some slots' posteriors, one slot further ahead each time.
+
+    The UAV's flight is known ahead, Eqs. (44)-(46) are repeated without any update.
+
+    Parameters
+    ----------
+    mean, cov
+        ``(..., m, K, 3)`` and ``(..., m, K, 3, 3)``: posteriors of m slots.
+    origins
+        ``(m,)``: these slots, counted from 0, ascending. What would reach beyond the path's last
+        slot ends: the results' axis of slots grows shorter.
+    most
+        The longest horizon, slots.
+    path, scenario
+        The UAV's flight and what the filter believes.
+    """
+    settings, duration = scenario.filter, scenario.frame.slot
+    process = np.diag([settings.angle_std, settings.distance_std, settings.velocity_std]) ** 2
+    for horizon in range(1, most + 1):
+        left = int(np.sum(origins + horizon < len(path.speed)))
+        mean, cov = mean[..., :left, :, :], cov[..., :left, :, :, :]
+        flown = origins[:left] + horizon - 1
+        motion = path.speed[flown, None], path.heading[flown, None], duration, settings.evolution
+        with np.errstate(all="ignore"):  # a lost track may pass through the UAV
+            G = evolution_jacobian(mean, *motion)
+            mean, cov = evolve(mean, *motion), propagate(cov, G, process)
+        yield Forecast(horizon, mean, cov)
+
+
+def forecast_errors(
+    result: xr.Dataset, scenario: Scenario, made_in: range | None = None
+) -> xr.Dataset:
+    """Return what became of forecasts from the posteriors of some slots, per scheme and horizon.
+
+    A forecast counts where the object was known when it was made and the same object is there
+    until it falls due. A scheme that predicts nothing makes none, nor does one without doubt (a
+    genie).
+
+    Parameters
+    ----------
+    result
+        A result, or some of its trials and successive slots.
+    scenario
+        What was run.
+    made_in
+        Slots, counted as in the result; horizons then end where the last of them meets the
+        result's end, so that every horizon has the same forecasts. All slots by default.
 
     Returns
     -------
     xarray.Dataset
-        ``rmse`` and ``promised`` (scheme, horizon, state): root mean square of the errors and of
-        the standard deviations that the filter promised; ``inside`` (scheme, horizon, state):
-        share of errors within three promised standard deviations, 0.9973 for an honest Gaussian;
-        ``count`` (scheme, horizon).
+        ``rmse`` and ``promised`` (scheme, horizon, quantity): root mean square of the errors and
+        of the standard deviations that the filter promised; ``inside``: share of errors within
+        the region that should hold 0.9973 of them (three standard deviations of a component);
+        ``degrees``: of freedom of the mean square error if the promise is kept, those of one
+        track's forecasts counted once because they hang together; ``count`` (scheme, horizon).
     """
     import xarray as xr
 
-    n_slots, uav = result.sizes["slot"], scenario.uav
-    horizons = range(1, min(MOST_SLOTS, n_slots - 1) + 1)
-    path = uav_path(uav.height, uav.speed, uav.heading, scenario.frame.slot, n_slots, uav.floor)
-    shape = (result.sizes["scheme"], len(horizons), 3)
-    sums = {name: np.zeros(shape) for name in ("square", "variance", "inside")}
-    counts = np.zeros(shape[:2])
-    truth, present = result["truth"].values, result["present"].values
-    for scheme in range(shape[0]):
-        part = result.isel(scheme=scheme)
-        mean, cov = part["estimated"].values, part["estimated_cov"].values
-        for index, horizon in enumerate(horizons):
-            mean, cov = _one_further(mean, cov, path, horizon, scenario)
-            error = mean - truth[:, horizon:]
-            error[..., 0] = wrap(error[..., 0])
-            variance = np.diagonal(cov, axis1=-2, axis2=-1)
-            counted = _due(present, horizon) & np.isfinite(error).all(-1) & (variance > 0).all(-1)
-            error, variance = error[counted], variance[counted]
-            counts[scheme, index] = len(error)
-            sums["square"][scheme, index] = np.sum(error**2, axis=0)
-            sums["variance"][scheme, index] = np.sum(variance, axis=0)
-            sums["inside"][scheme, index] = np.sum(error**2 <= SIGMAS**2 * variance, axis=0)
-    per = np.where(counts > 0, counts, np.nan)[..., None]
-    dims = ("scheme", "horizon", "state")
-    return xr.Dataset(
-        {
-            "rmse": (dims, np.sqrt(sums["square"] / per), {"units": "rad, m, m/s"}),
-            "promised": (dims, np.sqrt(sums["variance"] / per), {"units": "rad, m, m/s"}),
-            "inside": (dims, sums["inside"] / per, {"units": "1"}),
-            "count": (dims[:2], counts, {"units": "1"}),
-        },
-        {"scheme": result["scheme"], "horizon": list(horizons), "state": result["state"]},
+    slots, uav = result["slot"].values, scenario.uav
+    path = uav_path(
+        uav.height, uav.speed, uav.heading, scenario.frame.slot, int(slots[-1]), uav.floor
     )
+    origins = np.asarray(slots[:-1] if made_in is None else made_in, dtype=np.int64) - 1
+    reach = len(slots) - 1 if made_in is None else int(slots[-1]) - made_in[-1]
+    most = min(MOST_SLOTS, reach)
+    shape = (result.sizes["scheme"], most, len(QUANTITIES))
+    sums = {name: np.zeros(shape) for name in ("square", "variance", "inside", "fourth", "count")}
+    for scheme, part in _predicting(result):
+        truth = np.where(
+            part["present"].values.astype(bool)[..., None], part["truth"].values, np.nan
+        )
+        cov = part["estimated_cov"].values
+        doubtful = (np.diagonal(cov, axis1=-2, axis2=-1) > 0).all(axis=-1)
+        mean = np.where(doubtful[..., None], part["estimated"].values, np.nan)
+        states = truth, mean, cov
+        first = int(slots[0]) - 1
+        for horizon, found in _examine(states, origins, first, most, path, scenario):
+            for name, value in found.items():
+                sums[name][scheme, horizon - 1] += value
+    count = np.where(sums["count"] > 0, sums["count"], np.nan)
+    dims = ("scheme", "horizon", "quantity")
+    fourth = np.where(sums["fourth"] > 0, sums["fourth"], np.nan)
+    data = {
+        "rmse": (dims, np.sqrt(sums["square"] / count), {"units": "rad, m, m/s, m"}),
+        "promised": (dims, np.sqrt(sums["variance"] / count), {"units": "rad, m, m/s, m"}),
+        "inside": (dims, sums["inside"] / count, {"units": "1"}),
+        "degrees": (dims, sums["variance"] ** 2 / fourth, {"units": "1"}),
+        "count": (dims[:2], sums["count"][..., 0], {"units": "1"}),
+    }
+    coords = {
+        "scheme": result["scheme"].values,
+        "horizon": np.arange(1, most + 1),
+        "quantity": list(QUANTITIES),
+    }
+    return xr.Dataset(data, coords)
 
 
-def _one_further(
-    mean: Array, cov: Array, path: UavPath, horizon: int, scenario: Scenario
-) -> tuple[Array, Array]:
-    """Return forecasts one slot longer; slot axis 1 holds the slot in which they were made."""
-    mean, cov = mean[:, :-1], cov[:, :-1]
-    settings, duration = scenario.filter, scenario.frame.slot
-    flown = slice(horizon - 1, horizon - 1 + mean.shape[1])
-    speed, heading = path.speed[flown, None], path.heading[flown, None]
-    process = np.diag([settings.angle_std, settings.distance_std, settings.velocity_std]) ** 2
-    G = evolution_jacobian(mean, speed, heading, duration, settings.evolution)
-    return evolve(mean, speed, heading, duration, settings.evolution), propagate(cov, G, process)
+def _predicting(result: xr.Dataset) -> Iterator[tuple[int, xr.Dataset]]:
+    """Yield number and trials of every scheme that predicts, some trials at a time."""
+    order = ("trial", "slot", "object", "state", "state_b")
+    for scheme in range(result.sizes["scheme"]):
+        one = result[["truth", "present", "predicted", "estimated", "estimated_cov"]]
+        one = one.isel(scheme=scheme)
+        if not np.isfinite(one["predicted"].isel(trial=0).values).any():
+            continue
+        for first in range(0, result.sizes["trial"], CHUNK):
+            part = one.isel(trial=slice(first, first + CHUNK))
+            yield scheme, part.transpose(*order)
 
 
-def _due(present: BoolArray, horizon: int) -> BoolArray:
-    """Return ``(trial, slot - horizon, object)``: somebody is there all the way to the horizon."""
-    away = np.cumsum(~present, axis=1)
-    before = np.concatenate([np.zeros_like(away[:, :1]), away[:, :-1]], axis=1)
-    still: BoolArray = away[:, horizon:] == before[:, :-horizon]
-    return still
+def _examine(
+    states: tuple[Array, Array, Array],
+    origins: IntArray,
+    first: int,
+    most: int,
+    path: UavPath,
+    scenario: Scenario,
+) -> Iterator[tuple[int, dict[str, Array]]]:
+    """Yield, per horizon, sums ``(quantity,)`` over the forecasts of truth, mean and covariance."""
+    truth, mean, cov = states
+    at = origins - first
+    here = path.x[first : first + truth.shape[1], None] + offset(truth)[..., 0]
+    moves = same_object(here, truth[..., 2], scenario.frame.slot)
+    gone = np.cumsum(np.concatenate([np.zeros_like(moves[:, :1]), ~moves], axis=1), axis=1)
+    for one in forecasts(mean[:, at], cov[:, at], origins, most, path, scenario):
+        began = at[: one.mean.shape[1]]
+        due = began + one.horizon
+        square, variance, inside = _compare(one, truth[:, due])
+        stayed = (gone[:, due] == gone[:, began])[..., None]
+        sound = np.isfinite(square) & (variance > 0)
+        counted = stayed & sound.all(axis=-1, keepdims=True)
+        per_track = np.where(counted, variance, 0.0).sum(axis=1)
+        yield (
+            one.horizon,
+            {
+                "square": np.where(counted, square, 0.0).sum(axis=(0, 1, 2)),
+                "variance": per_track.sum(axis=(0, 1)),
+                "fourth": (per_track**2).sum(axis=(0, 1)),
+                "inside": (counted & inside).sum(axis=(0, 1, 2)),
+                "count": np.broadcast_to(counted, square.shape).sum(axis=(0, 1, 2)),
+            },
+        )
+
+
+def _compare(forecast: Forecast, truth: Array) -> tuple[Array, Array, BoolArray]:
+    """Return squared errors, promised variances, and which are inside, ``(..., quantity)``."""
+    error = forecast.mean - truth
+    error[..., 0] = wrap(error[..., 0])
+    variance = np.diagonal(forecast.cov, axis1=-2, axis2=-1)
+    off = offset(forecast.mean) - offset(truth)
+    spread = offset_cov(forecast.mean, forecast.cov)
+    xx, xz, zz = spread[..., 0, 0], spread[..., 0, 1], spread[..., 1, 1]
+    x, z = off[..., 0], off[..., 1]
+    # Mahalanobis: (x, z) C^-1 (x, z)^T <= r^2, where r holds as much of a plane as 3 of a line.
+    inside = zz * x**2 - 2.0 * xz * x * z + xx * z**2 <= plane_sigmas() ** 2 * (xx * zz - xz**2)
+    square = np.concatenate([error**2, (x**2 + z**2)[..., None]], axis=-1)
+    total = np.concatenate([variance, (xx + zz)[..., None]], axis=-1)
+    within = np.concatenate([error**2 <= SIGMAS**2 * variance, inside[..., None]], axis=-1)
+    return square, total, within
+
+
+def plane_sigmas(sigmas: float = SIGMAS) -> float:
+    """Return the radius that holds as much of a Gaussian in the plane as +-``sigmas`` of a line."""
+    from scipy.special import erfc
+
+    return float(np.sqrt(-2.0 * np.log(erfc(sigmas / np.sqrt(2.0)))))
+
+
+def same_object(x: Array, velocity: Array, step: float) -> BoolArray:
+    """Return whether an object's column holds the same object in a slot and in the next.
+
+    In traffic a column passes to another object when the first has left; then the position jumps
+    by more than the velocity can explain. Who is absent (NaN) is not the same.
+
+    Parameters
+    ----------
+    x, velocity
+        ``(..., n, K)`` m and m/s: position and velocity along the road.
+    step
+        s, from slot to slot.
+
+    Returns
+    -------
+    BoolArray
+        ``(..., n - 1, K)``.
+    """
+    moved, expected = np.diff(x, axis=-2), velocity[..., 1:, :] * step
+    same: BoolArray = np.abs(moved - expected) <= _JUMP + np.abs(expected)
+    return same

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from echobeam.physics.motion import uav_path
+from echobeam.physics.position import offset
 from echobeam.plots import style
-from echobeam.plots.ground import offset
 from echobeam.reproduction import drawing as draw_as
 from echobeam.reproduction.records import Figure, Picture
 from echobeam.reproduction.results import Outcome, Results
