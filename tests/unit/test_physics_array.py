@@ -10,6 +10,7 @@ import pytest
 
 from echobeam.physics.angles import exact_cosine, exact_sine
 from echobeam.physics.array import (
+    array_response,
     directional_sine,
     directional_slope,
     steering_derivative,
@@ -91,3 +92,21 @@ def test_no_objects_and_any_leading_axes():
     assert steering_vector(np.zeros((3, 0)), 4).shape == (3, 0, 4)
     assert steering_derivative(np.zeros((2, 3, 5)), 4).shape == (2, 3, 5, 4)
     assert directional_sine(0.3).shape == ()
+
+
+@pytest.mark.parametrize("axis", ["vertical", "horizontal"])
+@pytest.mark.parametrize("n", [1, 2, 3, 16, 17, 30, 128])
+def test_response_is_the_product_with_the_steering_vector(n, axis):
+    rng = np.random.default_rng(n)
+    beams = rng.standard_normal((2, 3, n)) + 1j * rng.standard_normal((2, 3, n))
+    theta = rng.uniform(-np.pi, np.pi, (2, 3, 5))
+    steering = steering_vector(theta, n, 0.7, axis)
+    expected = np.einsum("...jn,...n->...j", np.conj(steering), beams)
+    response = array_response(beams, theta, 0.7, axis)
+    np.testing.assert_allclose(response, expected, rtol=0, atol=1e-13 * n)
+
+
+def test_response_is_not_a_number_where_the_direction_is_not():
+    response = array_response(np.ones(4, dtype=complex), np.array([0.5, np.nan]))
+    assert np.isfinite(response[0])
+    assert np.isnan(response[1])

@@ -13,7 +13,7 @@ import numpy as np
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.physics.array import steering_vector
+from echobeam.physics.array import array_response
 from echobeam.values import Array, Axis, BoolArray, ComplexArray
 
 LEAST_RIPPLE = 1e-3
@@ -110,19 +110,15 @@ def coverage_excess(
     Array
         ``(..., K)``, at least zero; zero for a beam without power.
     """
-    n_tx = beams.shape[-1]
-    centre = _pattern(beams, steering_vector(angles, n_tx, spacing, axis)[..., np.newaxis, :])
-    cover = _pattern(beams, steering_vector(grid, n_tx, spacing, axis))
-    worst = np.max(np.where(mask, np.abs(cover - centre), 0.0), axis=-1)
+    directions = np.concatenate([angles[..., np.newaxis], grid], axis=-1)
+    response = array_response(beams, directions, spacing, axis)
+    pattern = response.real**2 + response.imag**2
+    ripples = np.abs(pattern[..., 1:] - pattern[..., :1])
+    worst = np.max(ripples, axis=-1, where=mask, initial=0.0)
     power = np.sum(np.abs(beams) ** 2, axis=-1)
     scale = np.maximum(ripple, LEAST_RIPPLE) * np.where(power > 0, power, 1.0)
     excess: Array = np.maximum(0.0, (worst - ripple * power) / scale)
     return excess
-
-
-def _pattern(beams: ComplexArray, steering: ComplexArray) -> Array:
-    response = np.conj(steering) @ beams[..., np.newaxis]
-    return np.abs(response[..., 0]) ** 2
 
 
 def numerical_rank(covariance: ComplexArray, tolerance: float = 1e-6) -> int:

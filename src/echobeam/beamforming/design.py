@@ -12,7 +12,7 @@ import numpy as np
 from echobeam.beamforming.answer import BatchAnswer, BeamAnswer
 from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.coverage import coverage_steps
-from echobeam.beamforming.fast import FEASIBLE, short_floors, solve_examined
+from echobeam.beamforming.fast import FEASIBLE, compiled_by, short_floors, solve_examined
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
 from echobeam.beamforming.proof import Proof
@@ -21,9 +21,10 @@ from echobeam.beamforming.trials import distinct_trials, sound_trials
 from echobeam.values import ComplexArray
 
 SOLVERS = {
-    "fast": "echobeam.beamforming.fast",
-    "sdp": "echobeam.beamforming.relaxation",
-    "reference": "echobeam.beamforming.reference",
+    "fast": ("echobeam.beamforming.fast", "solve"),
+    "numpy": ("echobeam.beamforming.fast", "solve_with_numpy"),
+    "sdp": ("echobeam.beamforming.relaxation", "solve"),
+    "reference": ("echobeam.beamforming.reference", "solve"),
 }
 """Where each method's ``solve(problem) -> Proposal`` lives; imported when first used."""
 
@@ -44,9 +45,10 @@ def design_beams(
     problem
         Objects, coverage, floors, power.
     method
-        ``"fast"``: the direct solver on rank-one beams, and ``"sdp"`` where that fails. ``"sdp"``:
-        the reduced relaxation and a rank-one beam from it. ``"reference"``: the paper's
-        SDR + SCA + IRM through CVXPY.
+        ``"fast"``: the direct solver on rank-one beams, compiled where Numba is installed, and
+        ``"sdp"`` where that fails. ``"numpy"``: the same, not compiled. ``"sdp"``: the reduced
+        relaxation and a rank-one beam from it. ``"reference"``: the paper's SDR + SCA + IRM
+        through CVXPY.
     certify
         Prove how good the beams are by branch and bound, or find better ones. This takes longer,
         and ends with the gap that it has when boxes or time run out; the message says so. For a
@@ -101,8 +103,8 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
         fallback=np.zeros(len(distinct), dtype=bool),
     )
     left = dict.fromkeys(range(len(distinct)), method)
-    if method == "fast":
-        left = _design_together(distinct, answer)
+    if method in ("fast", "numpy"):
+        left = _design_together(distinct, answer, method)
     for trial, how in left.items():
         _put(answer, distinct, trial, _one(distinct, trial, how))
     return BatchAnswer(
@@ -132,11 +134,11 @@ def _check_size(problem: BeamProblem) -> None:
         )
 
 
-def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> dict[int, str]:
+def _design_together(batch: ProblemBatch, answer: BatchAnswer, method: str) -> dict[int, str]:
     """Take what the direct solver finds; return the trials that are left, and a method for each."""
     sound = sound_trials(batch)
     which = np.flatnonzero(sound)
-    found, good = solve_examined(batch.taken(which))
+    found, good = solve_examined(batch.taken(which), compiled_by(method))
     kept = which[good]
     answer.beams[kept] = found.beams[good]
     answer.objective[kept] = found.objective[good]
@@ -146,7 +148,7 @@ def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> dict[int, str]
     answer.messages.update(zip(which[short].tolist(), messages, strict=True))
     left = sorted(set(range(len(batch))) - set(kept.tolist()))
     # The direct solver would not do better on a trial alone.
-    return {trial: "sdp" if sound[trial] else "fast" for trial in left}
+    return {trial: "sdp" if sound[trial] else method for trial in left}
 
 
 def _put(answer: BatchAnswer, batch: ProblemBatch, trial: int, found: BeamAnswer | str) -> None:
@@ -168,7 +170,8 @@ def _one(batch: ProblemBatch, trial: int, method: str) -> BeamAnswer | str:
 
 
 def _solver(method: str) -> Any:
-    return import_module(SOLVERS[method]).solve
+    module, name = SOLVERS[method]
+    return getattr(import_module(module), name)
 
 
 def _nothing(problem: BeamProblem) -> Proposal:
@@ -206,7 +209,7 @@ def _with_floors_met(problem: BeamProblem, answer: BeamAnswer) -> BeamProblem:
 
 def _judged(problem: BeamProblem, proposal: Proposal, begun: float) -> BeamAnswer:
     achieved = rates(problem, proposal.beams)
-    missed = violation(problem, proposal.beams)
+    missed = proposal.examined or violation(problem, proposal.beams)
     status, message = proposal.status, proposal.message
     if status == "optimal" and missed.largest > FEASIBLE:
         status = "fallback"

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from echobeam.beamforming import relaxation
-from echobeam.beamforming.certificate import coverage_excess, rate_shortfall
+from echobeam.beamforming.certificate import coverage_excess, rate_shortfall, violation
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.direct import DirectResult, solve_batch
 from echobeam.beamforming.fallback import named_faults
@@ -33,18 +33,31 @@ EXAMINED = 2e6
 """Numbers of the full grids' steering vectors that are examined at a time."""
 
 
-def solve(problem: BeamProblem) -> Proposal:
+def solve(problem: BeamProblem, compiled: bool | None = None) -> Proposal:
     """Solve problem (38) with K >= 1 objects; what the direct solver leaves, the relaxation does.
 
     Where the floors (38e) are out of reach, its beams meet the largest common part of them, and
     the message names what is at fault.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    compiled
+        As in `solve_batch`.
     """
     stiff = (problem.ripple < LEAST_RIPPLE) & (problem.coverage_halfwidths > 0.0)
     if problem.n_tx < LEAST_ANTENNAS or stiff.any():
         return relaxation.solve(problem)
     batch = batch_of(problem)
-    found, good = solve_examined(batch)
-    if not good[0]:
+    found = _solved(batch, compiled)
+    factor = float(found.floor_factor[0])
+    examined = violation(problem, found.beams[0])
+    lowered = examined
+    if factor < 1.0:
+        reached = replace(problem, min_rate=problem.min_rate * factor)
+        lowered = violation(reached, found.beams[0])
+    if not found.converged[0] or lowered.largest > FEASIBLE:
         return relaxation.solve(problem)
     short = bool(found.floors_infeasible[0])
     prove = partial(relaxation.prove, problem, float(found.objective[0]))
@@ -56,17 +69,41 @@ def solve(problem: BeamProblem) -> Proposal:
         status="fallback" if short else "optimal",
         message=short_floors(batch, found, np.zeros(1, dtype=np.int64))[0] if short else "",
         iterations=int(found.iterations[0]),
+        examined=examined,
     )
 
 
-def solve_examined(batch: ProblemBatch) -> tuple[DirectResult, BoolArray]:
+def solve_with_numpy(problem: BeamProblem) -> Proposal:
+    """Solve problem (38) without compiled code, see `solve`."""
+    return solve(problem, compiled=False)
+
+
+def compiled_by(method: str) -> bool | None:
+    """Return whether a method's direct solver is compiled; None: where that is possible."""
+    return False if method == "numpy" else None
+
+
+def _solved(batch: ProblemBatch, compiled: bool | None) -> DirectResult:
+    # A step that goes too far may overflow before it is cut back; what comes out is examined.
+    with np.errstate(all="ignore"):
+        return solve_batch(batch, compiled)
+
+
+def solve_examined(
+    batch: ProblemBatch, compiled: bool | None = None
+) -> tuple[DirectResult, BoolArray]:
     """Return what the direct solver found, and which trials' beams converged and keep (38).
 
     Of floors (38e) that are out of reach the part counts that the solver says it meets.
+
+    Parameters
+    ----------
+    batch
+        T trials.
+    compiled
+        As in `solve_batch`.
     """
-    # A step that goes too far may overflow before it is cut back; what comes out is examined.
-    with np.errstate(all="ignore"):
-        found = solve_batch(batch)
+    found = _solved(batch, compiled)
     good = found.converged.copy()
     steps = np.where(batch.active, batch.coverage_halfwidths, 0.0) / batch.resolution
     numbers = (2.0 * steps.max(initial=0.0) + 3.0) * batch.active.shape[1] * batch.n_tx

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from echobeam.beamforming.answer import Status
+from echobeam.beamforming.certificate import Violation
 from echobeam.beamforming.proof import Proof
 from echobeam.values import ComplexArray
 
@@ -23,6 +24,8 @@ class Proposal:
         As in `BeamAnswer`.
     iterations
         What it took.
+    examined
+        Their violation, if `certificate.violation` has been asked already.
     """
 
     beams: ComplexArray
@@ -30,3 +33,4 @@ class Proposal:
     status: Status
     message: str
     iterations: int
+    examined: Violation | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import assert_never
 
 import numpy as np
@@ -90,6 +91,51 @@ def steering_vector(
     np.cos(phase, out=vector.real)  # several times faster than the complex exponential
     np.sin(phase, out=vector.imag)
     return vector
+
+
+def array_response(
+    beams: ComplexArray, theta: npt.ArrayLike, spacing: float = 0.5, axis: Axis = "vertical"
+) -> ComplexArray:
+    """Return what beams send in many directions, a(theta)^H w with a of Eq. (4).
+
+    The response is a polynomial in exp(-j 2 pi spacing u). It is evaluated in blocks of about
+    sqrt(N) coefficients, so that few exponentials have to be taken.
+
+    Parameters
+    ----------
+    beams
+        ``(..., N)``, sqrt(power).
+    theta
+        ``(..., J)`` rad: the directions of each beam.
+    spacing, axis
+        As in `steering_vector`.
+
+    Returns
+    -------
+    ComplexArray
+        ``(..., J)``, sqrt(power); NaN where ``theta`` is.
+    """
+    n = beams.shape[-1]
+    block = math.isqrt(n - 1) + 1
+    blocks = -(-n // block)
+    rate = -2.0 * np.pi * spacing * directional_sine(theta, axis)
+    within = _powers(rate, block)
+    across = _powers(block * rate, blocks)
+    padded = np.zeros((*beams.shape[:-1], blocks * block), dtype=np.complex128)
+    padded[..., :n] = beams
+    coefficients = padded.reshape(*beams.shape[:-1], blocks, block)
+    response: ComplexArray = np.einsum(
+        "...jq,...jq->...j", within @ np.swapaxes(coefficients, -1, -2), across
+    )
+    return response
+
+
+def _powers(phase: Array, count: int) -> ComplexArray:
+    """Return exp(j phase)^m, m = 0 .. count - 1, on a new last axis."""
+    turns = np.empty((*phase.shape, count), dtype=np.complex128)
+    turns[..., 0] = 1.0
+    turns[..., 1:] = np.exp(1j * phase)[..., np.newaxis]
+    return np.cumprod(turns, axis=-1, out=turns)
 
 
 def steering_derivative(

@@ -4,26 +4,36 @@ A trial's beams are found in the dual uplink (`uplink`), where their shapes sepa
 of all beams of all trials take their Newton steps together (`barrier`), with the powers improved
 in between. The first rounds impose a few points of each cover, later ones whatever the full grid
 shows to be missed (`cuts`). What does not converge starts again from another chirp; what still
-does not says so.
+does not says so. Where Numba is installed, the trials are solved one after the other by the same
+steps, compiled (`compiled`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
 
 import numpy as np
 
+from echobeam.beamforming.coverage import coverage_steps
 from echobeam.beamforming.direct.beams import beam_set, cover_phases, node_count
 from echobeam.beamforming.direct.chirp import CHIRPS
-from echobeam.beamforming.direct.climb import Trials, climb
+from echobeam.beamforming.direct.climb import Climber, Trials
 from echobeam.beamforming.direct.contest import settle
 from echobeam.beamforming.objective import channel_loss
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 CHUNK = 256
-"""Beams worked on at a time: what fits the cache."""
+"""Beams that NumPy works on at a time: what fits the cache."""
+
+NODES_CHUNK = 16384
+"""Beams whose covers are compared at a time."""
+
+COMPILED_CHUNK = 4096
+"""Beams whose grids are laid out at a time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +64,7 @@ class DirectResult:
     iterations: IntArray
 
 
-def solve_batch(batch: ProblemBatch) -> DirectResult:
+def solve_batch(batch: ProblemBatch, compiled: bool | None = None) -> DirectResult:
     """Solve problem (38) for every trial of a batch, by beams of rank one.
 
     Parameters
@@ -62,6 +72,9 @@ def solve_batch(batch: ProblemBatch) -> DirectResult:
     batch
         T trials with up to K objects. A trial's answer does not depend on the others but for
         rounding.
+    compiled
+        Solve trial by trial with compiled code, or all trials together with NumPy; by default the
+        former where Numba is installed. The algorithm is the same.
     """
     n_trials, n_objects = batch.active.shape
     result = DirectResult(
@@ -72,62 +85,137 @@ def solve_batch(batch: ProblemBatch) -> DirectResult:
         floor_factor=np.ones(n_trials),
         iterations=np.zeros(n_trials, dtype=np.int64),
     )
-    for which, objects, nodes in _groups(batch):
-        step = max(1, CHUNK // objects.shape[1])
-        for begin in range(0, which.size, step):
-            part = slice(begin, begin + step)
-            _solve_alike(batch, which[part], objects[part], nodes, result)
+    if compiled is None:
+        compiled = can_compile()
+    # With one antenna there is no shape to look for.
+    for task in _tasks(batch, compiled and batch.n_tx > 1):
+        _solve(task, result)
     return result
 
 
-def _groups(batch: ProblemBatch) -> Iterator[tuple[IntArray, IntArray, int]]:
-    """Give trials with equally many objects and nodes: their indices, their objects, the nodes."""
-    phases, _ = cover_phases(
-        np.where(batch.active, batch.angles, 0.0),
-        np.where(batch.active, batch.coverage_halfwidths, 0.0),
-        batch.resolution,
-        batch.spacing,
-        batch.axis,
-    )
-    width = np.max(phases, axis=-1, initial=-np.inf) - np.min(phases, axis=-1, initial=np.inf)
-    lobes = np.where(batch.active, width, 0.0) * batch.n_tx / (2.0 * np.pi)
-    nodes = node_count(np.max(lobes, axis=1, initial=0.0))
+@cache
+def can_compile() -> bool:
+    """Tell whether Numba is installed."""
+    return find_spec("numba") is not None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """Trials that are solved in one go.
+
+    Attributes
+    ----------
+    which
+        ``(T,)``: their indices in the batch.
+    objects
+        ``(T, K)``: their active objects.
+    trials
+        What is to be solved.
+    warm
+        ``(T, K, N)`` beams to start from, NaN where there are none.
+    power
+        P_T.
+    """
+
+    which: IntArray
+    objects: IntArray
+    trials: Climber
+    warm: ComplexArray | None
+    power: float
+
+
+def _tasks(batch: ProblemBatch, compiled: bool) -> Iterator[Task]:
+    """Give trials with equally many objects, and for NumPy with equally many nodes."""
     counts = np.sum(batch.active, axis=1)
-    for count, node in sorted(set(zip(counts.tolist(), nodes.tolist(), strict=True))):
-        if count:
-            which = np.flatnonzero((counts == count) & (nodes == node))
-            yield which, np.nonzero(batch.active[which])[1].reshape(-1, count), node
+    for count in sorted(set(counts.tolist()) - {0}):
+        alike = np.flatnonzero(counts == count)
+        step = max(1, (COMPILED_CHUNK if compiled else NODES_CHUNK) // count)
+        for begin in range(0, alike.size, step):
+            which = alike[begin : begin + step]
+            objects = np.nonzero(batch.active[which])[1].reshape(-1, count)
+            if compiled:
+                yield _compiled_task(batch, which, objects)
+            else:
+                yield from _numpy_tasks(batch, which, objects)
 
 
-def _solve_alike(
-    batch: ProblemBatch, which: IntArray, objects: IntArray, nodes: int, result: DirectResult
-) -> None:
-    """Solve trials of one group and write what was found."""
-    angles, distances, halfwidths = (
-        np.take_along_axis(array[which], objects, axis=1)
-        for array in (batch.angles, batch.distances, batch.coverage_halfwidths)
+def _compiled_task(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Task:
+    from echobeam.beamforming.direct.compiled.trials import CompiledTrials
+
+    halfwidths = np.take_along_axis(batch.coverage_halfwidths[which], objects, axis=1)
+    phases, _ = _phases(batch, which, objects)
+    trials = CompiledTrials(
+        phases=phases,
+        reach=coverage_steps(halfwidths, batch.resolution),
+        ripple=batch.ripple[objects] / batch.n_tx,
+        loss=_loss(batch, which, objects),
+        threshold=_threshold(batch, objects),
+        n_tx=batch.n_tx,
     )
-    phases, mask = cover_phases(angles, halfwidths, batch.resolution, batch.spacing, batch.axis)
-    beams = beam_set(phases, mask, batch.n_tx, batch.ripple[objects], nodes)
-    loss = channel_loss(distances, batch.noise, batch.alpha0) / (batch.n_tx * batch.power)
-    threshold = np.expm1(batch.min_rate[objects] * np.log(2.0))
-    warm = None
-    if batch.warm_start is not None:
-        warm = batch.warm_start[which[:, np.newaxis], objects].reshape(-1, batch.n_tx)
-    trials = Trials(beams=beams, loss=loss, threshold=threshold)
-    found = climb(trials, CHIRPS[0], warm)
+    return Task(which, objects, trials, _warm(batch, which, objects), batch.power)
+
+
+def _numpy_tasks(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Iterator[Task]:
+    phases, _ = _phases(batch, which, objects)
+    width = np.max(phases, axis=-1) - np.min(phases, axis=-1)
+    nodes = node_count(np.max(width, axis=1) * batch.n_tx / (2.0 * np.pi))
+    step = max(1, CHUNK // objects.shape[1])
+    for count in sorted(set(nodes.tolist())):
+        same = np.flatnonzero(nodes == count)
+        for begin in range(0, same.size, step):
+            part = same[begin : begin + step]
+            yield _numpy_task(batch, which[part], objects[part], count)
+
+
+def _numpy_task(batch: ProblemBatch, which: IntArray, objects: IntArray, nodes: int) -> Task:
+    phases, mask = _phases(batch, which, objects)
+    trials = Trials(
+        beams=beam_set(phases, mask, batch.n_tx, batch.ripple[objects], nodes),
+        loss=_loss(batch, which, objects),
+        threshold=_threshold(batch, objects),
+    )
+    return Task(which, objects, trials, _warm(batch, which, objects), batch.power)
+
+
+def _phases(batch: ProblemBatch, which: IntArray, objects: IntArray) -> tuple[Array, BoolArray]:
+    angles, halfwidths = (
+        np.take_along_axis(array[which], objects, axis=1)
+        for array in (batch.angles, batch.coverage_halfwidths)
+    )
+    return cover_phases(angles, halfwidths, batch.resolution, batch.spacing, batch.axis)
+
+
+def _loss(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Array:
+    distances = np.take_along_axis(batch.distances[which], objects, axis=1)
+    return channel_loss(distances, batch.noise, batch.alpha0) / (batch.n_tx * batch.power)
+
+
+def _threshold(batch: ProblemBatch, objects: IntArray) -> Array:
+    threshold: Array = np.expm1(batch.min_rate[objects] * np.log(2.0))
+    return threshold
+
+
+def _warm(batch: ProblemBatch, which: IntArray, objects: IntArray) -> ComplexArray | None:
+    if batch.warm_start is None:
+        return None
+    return batch.warm_start[which[:, np.newaxis], objects]
+
+
+def _solve(task: Task, result: DirectResult) -> None:
+    """Solve trials from one start after the other and write what was found."""
+    which, trials = task.which, task.trials
+    warm = None if task.warm is None else task.warm.reshape(-1, task.warm.shape[-1])
+    found = trials.climb(CHIRPS[0], warm)
     for chirp in CHIRPS[1:]:
         again = np.flatnonzero(~found.converged)
         if not again.size:
             break
-        found.put(again, climb(trials.taken(again), chirp))
+        found.put(again, trials.taken(again).climb(chirp))
     cold = np.arange(which.size)
-    if warm is not None:
-        given = np.isfinite(warm).reshape(*objects.shape, -1)
-        cold = np.flatnonzero(~np.all(given, axis=(1, 2)))
+    if task.warm is not None:
+        cold = np.flatnonzero(~np.all(np.isfinite(task.warm), axis=(1, 2)))
     settle(trials, found, cold, CHIRPS[0], CHUNK)
-    scale = np.sqrt(batch.power)
-    result.beams[which[:, np.newaxis], objects] = found.beams * scale
+    result.beams[which[:, np.newaxis], task.objects] = found.beams * np.sqrt(task.power)
     result.objective[which] = found.objective
     result.converged[which] = found.converged
     result.floor_factor[which] = found.factor

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -44,9 +45,28 @@ UNFINISHED, UNPROVED = 0.1, 0.5
 and the proof that there is no better one: the object could not become worth serving by that."""
 
 
+class Climber(Protocol):
+    """T trials with K objects each, and the way from a start to their optima."""
+
+    @property
+    def loss(self) -> Array:
+        """``(T, K)``, see `Uplink`."""
+
+    def taken(self, index: IntArray) -> Climber:
+        """Return some of the trials."""
+
+    def climb(
+        self, chirp: float, warm: ComplexArray | None = None, share: Array | None = None
+    ) -> Found:
+        """Return what one start leads to, see `climb`."""
+
+    def probe(self, chirp: float, share: Array) -> tuple[Array, Array]:
+        """Return shares and sum rates after a few steps, see `probe`."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Trials:
-    """T trials with K objects each: beams trial by trial, losses and floors."""
+    """T trials that take their steps together: beams trial by trial, losses and floors."""
 
     beams: BeamSet
     loss: Array
@@ -59,6 +79,16 @@ class Trials:
             self.loss[index],
             self.threshold[index],
         )
+
+    def climb(
+        self, chirp: float, warm: ComplexArray | None = None, share: Array | None = None
+    ) -> Found:
+        """Return what one start leads to, see `climb`."""
+        return climb(self, chirp, warm, share)
+
+    def probe(self, chirp: float, share: Array) -> tuple[Array, Array]:
+        """Return shares and sum rates after a few steps, see `probe`."""
+        return probe(self, chirp, share)
 
 
 @dataclass(slots=True)

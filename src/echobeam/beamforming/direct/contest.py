@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from echobeam.beamforming.direct.climb import Found, Trials, climb, probe
+from echobeam.beamforming.direct.climb import Climber, Found
 from echobeam.values import Array, IntArray
 
 CONTESTED = 0.01
@@ -32,7 +32,7 @@ ALIKE = 0.02
 differ by less than ALIKE one."""
 
 
-def settle(trials: Trials, found: Found, cold: IntArray, chirp: float, most: int) -> None:
+def settle(trials: Climber, found: Found, cold: IntArray, chirp: float, most: int) -> None:
     """Look for better optima of the trials that may have several, in place.
 
     Parameters
@@ -56,9 +56,9 @@ def settle(trials: Trials, found: Found, cold: IntArray, chirp: float, most: int
         part = contested[begin : begin + step]
         count = table.shape[0]
         probed = trials.taken(np.repeat(part, count))
-        share, value = probe(probed, chirp, np.tile(table, (part.size, 1)))
+        share, value = probed.probe(chirp, np.tile(table, (part.size, 1)))
         for which, row in _followed(share.reshape(-1, count, n_objects), value.reshape(-1, count)):
-            again = climb(trials.taken(part[which]), chirp, share=table[row])
+            again = trials.taken(part[which]).climb(chirp, share=table[row])
             found.put(part[which], again)
 
 

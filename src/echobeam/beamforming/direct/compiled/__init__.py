@@ -1,0 +1,1 @@
+"""The direct solver compiled: the same algorithm, trial by trial, on small arrays in the cache."""

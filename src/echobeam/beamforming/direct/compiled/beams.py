@@ -1,0 +1,76 @@
+"""The data of one trial's beams: bases, imposed points, reduced vectors; see `direct.beams`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.beamforming.direct.beams import EXTRA_NODES, WIDE
+from echobeam.beamforming.direct.compiled.arrays import fill
+from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.beamforming.direct.compiled.linear import orthonormal
+from echobeam.beamforming.direct.compiled.steering import fill_steering
+from echobeam.values import Array, IntArray
+
+
+@compiled
+def node_count(low: Array, high: Array, n_tx: int) -> int:
+    """Return how many nodes stand for the widest of a trial's covers, `beams.node_count`."""
+    lobes = 0.0
+    for beam in range(low.size):
+        lobes = max(lobes, (high[beam] - low[beam]) * n_tx / (2.0 * np.pi))
+    count = int(np.ceil(lobes)) + EXTRA_NODES
+    return count + 1 if lobes > WIDE else count
+
+
+@compiled
+def beam_basis(beam: int, own: Array, low: float, high: float, nodes: int, n_tx: int) -> Array:
+    """Return the orthonormal basis ``(N, r)`` of one beam, `beams.beam_set`."""
+    n_objects = own.size
+    vectors = np.empty((n_objects + nodes + 1, n_tx))
+    fill_steering(own[beam], vectors[0])
+    count = 1
+    for other in range(n_objects):
+        if other != beam:
+            fill_steering(own[other], vectors[count])
+            count += 1
+    first = 0.5 - 0.5 * np.cos(0.5 * np.pi / nodes)
+    last = 0.5 - 0.5 * np.cos(np.pi * (nodes - 0.5) / nodes)
+    for node in range(nodes):
+        site = 0.5 - 0.5 * np.cos(np.pi * (node + 0.5) / nodes)
+        site = (site - first) / (last - first)
+        fill_steering(low + (high - low) * site, vectors[count + node])
+    fill_steering(0.5 * (low + high) + np.pi, vectors[count + nodes])
+    basis = orthonormal(vectors)
+    if vectors[0, 0] < 0.0:
+        for antenna in range(n_tx):
+            basis[antenna, 0] = -basis[antenna, 0]
+    return basis
+
+
+@compiled
+def first_points(reach: int, centre: int, count: int, points: IntArray) -> None:
+    """Fill ``(m,)`` with the grid points imposed first, `beams._first_points`."""
+    for place in range(points.size):
+        points[place] = centre
+    before = 0
+    for place in range(count):
+        chosen = int(np.rint(reach * (-1.0 + 2.0 * place / (count - 1))))
+        if place == 0 or chosen != before:
+            points[place] = centre + chosen
+        before = chosen
+
+
+@compiled
+def reduce(basis: Array, phase: float, row: Array) -> float:
+    """Fill ``(r - 1,)`` with a reduced steering vector's coordinates; return its offset."""
+    n_tx = basis.shape[0]
+    vector = np.empty(n_tx)
+    fill_steering(phase, vector)
+    offset = 0.0
+    fill(row, 0.0)
+    for antenna in range(n_tx):
+        value = vector[antenna]
+        offset += value * basis[antenna, 0]
+        for place in range(row.size):
+            row[place] += value * basis[antenna, 1 + place]
+    return offset

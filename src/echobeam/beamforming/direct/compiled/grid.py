@@ -1,0 +1,189 @@
+"""The full coverage grid of one beam: what it misses there, what to impose next; see `cuts`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.beamforming.direct.compiled.arrays import fill
+from echobeam.beamforming.direct.compiled.beams import reduce
+from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.beamforming.direct.compiled.step import (
+    BARRIER,
+    RIPPLE,
+    TARGET,
+    power_of,
+    respond_from,
+    slacks,
+)
+from echobeam.beamforming.direct.cuts import (
+    IDLE,
+    LEAST_IDLE,
+    LEAST_NEAR,
+    MISSED,
+    MOST_NEAR,
+    MOST_RESTART,
+    NEAR,
+    RESTART,
+    ROOM,
+)
+from echobeam.values import Array, BoolArray, ComplexArray, IntArray
+
+
+@compiled
+def relative_excess(turns: Array, weights: ComplexArray, allowed: float, excess: Array) -> float:
+    """Fill ``(G,)`` with the excess over the ripple allowed, relative to it; return the largest.
+
+    Parameters
+    ----------
+    turns
+        ``(2, G)``: cosines and sines of the phases of a beam's own grid.
+    weights
+        ``(N,)``: antenna weights of unit own response.
+    allowed
+        Ripple times power.
+    excess
+        Filled.
+    """
+    n_tx = weights.size
+    size = excess.size
+    real, imaginary = np.empty(size), np.empty(size)
+    fill(real, weights[n_tx - 1].real)
+    fill(imaginary, weights[n_tx - 1].imag)
+    for antenna in range(n_tx - 2, -1, -1):
+        right, up = weights[antenna].real, weights[antenna].imag
+        for point in range(size):
+            along, across = real[point], imaginary[point]
+            cosine, sine = turns[0, point], turns[1, point]
+            real[point] = along * cosine + across * sine + right
+            imaginary[point] = across * cosine - along * sine + up
+    worst = -1.0
+    for point in range(size):
+        squared = real[point] * real[point] + imaginary[point] * imaginary[point]
+        excess[point] = abs(squared / n_tx - 1.0) / allowed - 1.0
+        worst = max(worst, excess[point])
+    return worst
+
+
+@compiled
+def impose(
+    excess: Array,
+    first: int,
+    spare: int,
+    phases: Array,
+    basis: Array,
+    points: IntArray,
+    rows: Array,
+    offset: Array,
+    z: Array,
+    response: Array,
+    low: Array,
+    high: Array,
+    scalars: Array,
+) -> None:
+    """Impose grid points that are near their limit or beyond, in place of idle ones.
+
+    Parameters
+    ----------
+    excess
+        ``(J,)``: `relative_excess` on the beam's own grid, which begins at ``first``.
+    first
+        Index into the phases.
+    spare
+        Number of points, the last ones, that may be replaced.
+    phases
+        ``(G,)`` rad.
+    basis, points, rows, offset, z, response, low, high, scalars
+        The beam; all but basis and z are changed.
+    """
+    near = min(max(NEAR * np.sqrt(scalars[BARRIER]), LEAST_NEAR), MOST_NEAR)
+    wanted = _peaks(excess)
+    kept = points.size - spare
+    for place in range(points.size):
+        wanted[points[place] - first] = -np.inf
+    given = np.empty(spare)
+    for place in range(spare):
+        given[place] = excess[points[kept + place] - first]
+    new = np.empty(points.size, dtype=np.bool_)
+    for place in range(points.size):
+        new[place] = False
+    changed = False
+    for _ in range(min(spare, excess.size)):
+        best, idle = 0, 0
+        for point in range(1, wanted.size):
+            if wanted[point] > wanted[best]:
+                best = point
+        for place in range(1, spare):
+            if given[place] < given[idle]:
+                idle = place
+        urgent, slack = wanted[best], -given[idle]
+        if not (urgent > -near and slack > (LEAST_IDLE if urgent > MISSED else IDLE)):
+            break
+        wanted[best], given[idle] = -np.inf, np.inf
+        points[kept + idle] = first + best
+        new[kept + idle] = changed = True
+    if changed:
+        _refresh(new, phases, basis, points, rows, offset, z, response, low, high, scalars)
+
+
+@compiled
+def _peaks(excess: Array) -> Array:
+    """Return the excess at local maxima along the grid and at their neighbours, else -inf."""
+    size = excess.size
+    peaks = np.empty(size)
+    fill(peaks, -np.inf)
+    for point in range(size):
+        left = point == 0 or excess[point] >= excess[point - 1]
+        right = point == size - 1 or excess[point] >= excess[point + 1]
+        if left and right:
+            for near in range(max(point - 1, 0), min(point + 2, size)):
+                peaks[near] = excess[near]
+    return peaks
+
+
+@compiled
+def _refresh(
+    new: BoolArray,
+    phases: Array,
+    basis: Array,
+    points: IntArray,
+    rows: Array,
+    offset: Array,
+    z: Array,
+    response: Array,
+    low: Array,
+    high: Array,
+    scalars: Array,
+) -> None:
+    """Take over changed points: rows, responses, a ripple that fits, multipliers."""
+    m = low.size
+    for place in range(m):
+        if new[place]:
+            offset[place] = reduce(basis, phases[points[place]], rows[place])
+    respond_from(rows, offset, z, response)
+    power = power_of(z)
+    below, above = np.empty(m), np.empty(m)
+    least = slacks(response, scalars[RIPPLE] * power, below, above)
+    missing = max(-least, 0.0)
+    scalars[BARRIER] = max(scalars[BARRIER], min(RESTART * missing, MOST_RESTART))
+    short = max(ROOM * scalars[BARRIER] - least, 0.0)
+    scalars[RIPPLE] = scalars[TARGET] + short / power
+    slacks(response, scalars[RIPPLE] * power, below, above)
+    for place in range(m):
+        if new[place]:
+            low[place] = scalars[BARRIER] / below[place]
+            high[place] = scalars[BARRIER] / above[place]
+
+
+@compiled
+def patch(z: Array, worst: float) -> None:
+    """Spend power in the spare direction for an excess, relative, in place; see `cuts.patched`."""
+    n = z.size // 2
+    missing = max(worst, 0.0) * power_of(z) * (1.0 + 1e-3)
+    size = z[n - 1] ** 2 + z[2 * n - 1] ** 2
+    if size > 0.0:
+        grown = np.sqrt((size + missing) / size)
+        z[n - 1] *= grown
+        z[2 * n - 1] *= grown
+    else:
+        z[n - 1] = np.sqrt(missing)
+        z[2 * n - 1] = 0.0

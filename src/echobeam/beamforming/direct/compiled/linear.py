@@ -1,0 +1,164 @@
+"""Factors and solutions of small dense systems, one at a time; see `symmetric` for the batch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.beamforming.direct.compiled.arrays import copied, scaled_identity
+from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.beamforming.direct.symmetric import GROWTH, LEAST_PIVOT, LEAST_SHIFT, MOST_TRIES
+from echobeam.values import Array
+
+
+@compiled
+def factor(upper: Array, inverse: Array) -> bool:
+    """Factor a symmetric matrix in place, see `symmetric.factor`; tell whether it is definite.
+
+    Parameters
+    ----------
+    upper
+        ``(n, n)``: its upper triangle is replaced by the factor.
+    inverse
+        ``(n,)``: filled with the inverse pivots.
+    """
+    size = inverse.size
+    for row in range(size):
+        pivot = upper[row, row]
+        if not pivot > LEAST_PIVOT:
+            return False
+        inverse[row] = 1.0 / pivot
+        for below in range(row + 1, size):
+            weight = upper[row, below] * inverse[row]
+            for column in range(below, size):
+                upper[below, column] -= weight * upper[row, column]
+    return True
+
+
+@compiled
+def solve(upper: Array, inverse: Array, right: Array) -> None:
+    """Replace a right side ``(n,)`` by the solution of a factored system."""
+    size = inverse.size
+    for row in range(size):
+        value = right[row] * inverse[row]
+        for column in range(row + 1, size):
+            right[column] -= upper[row, column] * value
+    for row in range(size):
+        right[row] *= inverse[row]
+    for row in range(size - 2, -1, -1):
+        total = 0.0
+        for column in range(row + 1, size):
+            total += upper[row, column] * right[column]
+        right[row] -= total * inverse[row]
+
+
+@compiled
+def factor_shifted(matrix: Array, inverse: Array, shift: float) -> tuple[Array, float]:
+    """Factor a matrix plus a multiple of the identity, raised until it is positive definite."""
+    size = inverse.size
+    upper = copied(matrix)
+    for _ in range(MOST_TRIES):
+        for row in range(size):
+            upper[row, row] += shift
+        if factor(upper, inverse):
+            break
+        shift = max(GROWTH * shift, LEAST_SHIFT)
+        upper = copied(matrix)
+    return upper, shift
+
+
+@compiled
+def inverse_of(matrix: Array) -> tuple[Array, bool]:
+    """Return the inverse of 1 - A, A >= 0, and whether A's radius is below 1; see `uplink`."""
+    size = matrix.shape[0]
+    work = copied(matrix)
+    result = scaled_identity(size, 1.0)
+    positive = True
+    for row in range(size):
+        pivot = work[row, row]
+        if not pivot > 0.0:
+            positive = False
+            pivot = 1.0
+        for column in range(size):
+            work[row, column] /= pivot
+            result[row, column] /= pivot
+        for other in range(size):
+            weight = work[other, row]
+            if other != row and weight != 0.0:
+                for column in range(size):
+                    work[other, column] -= weight * work[row, column]
+                    result[other, column] -= weight * result[row, column]
+    return result, positive
+
+
+@compiled
+def eliminate(matrix: Array, right: Array) -> None:
+    """Replace right sides ``(n, J)`` by the solutions of a system; the matrix is used up."""
+    size = matrix.shape[0]
+    for row in range(size):
+        best = row
+        for other in range(row + 1, size):
+            if abs(matrix[other, row]) > abs(matrix[best, row]):
+                best = other
+        for column in range(size):
+            matrix[row, column], matrix[best, column] = matrix[best, column], matrix[row, column]
+        for column in range(right.shape[1]):
+            right[row, column], right[best, column] = right[best, column], right[row, column]
+        for other in range(row + 1, size):
+            weight = matrix[other, row] / matrix[row, row]
+            for column in range(row, size):
+                matrix[other, column] -= weight * matrix[row, column]
+            for column in range(right.shape[1]):
+                right[other, column] -= weight * right[row, column]
+    for row in range(size - 1, -1, -1):
+        for column in range(right.shape[1]):
+            value = right[row, column]
+            for other in range(row + 1, size):
+                value -= matrix[row, other] * right[other, column]
+            right[row, column] = value / matrix[row, row]
+
+
+@compiled
+def orthonormal(vectors: Array) -> Array:
+    """Return ``(N, r)`` orthonormal columns, r = min(J, N), by Householder reflections.
+
+    The first ones span the first rows of ``vectors``, ``(J, N)``; rows that depend on those before
+    leave arbitrary directions. The rows are used up; [0, 0] is left with the first row's product
+    with the first column.
+    """
+    count, length = vectors.shape
+    size = min(count, length)
+    weights = np.empty(size)
+    head = 0.0
+    for row in range(size):
+        norm = 0.0
+        for place in range(row, length):
+            norm += vectors[row, place] ** 2
+        norm = -np.copysign(np.sqrt(norm), vectors[row, row])
+        if row == 0:
+            head = norm
+        vectors[row, row] -= norm
+        total = 0.0
+        for place in range(row, length):
+            total += vectors[row, place] ** 2
+        weights[row] = 2.0 / total if total > 0.0 else 0.0
+        for other in range(row + 1, count):
+            _reflect(vectors[row], weights[row], row, vectors[other])
+    columns = scaled_identity(length, 1.0)
+    basis = np.empty((length, size))
+    for column in range(size):
+        for row in range(column, -1, -1):
+            _reflect(vectors[row], weights[row], row, columns[column])
+        for place in range(length):
+            basis[place, column] = columns[column, place]
+    vectors[0, 0] = head
+    return basis
+
+
+@compiled
+def _reflect(normal: Array, weight: float, first: int, vector: Array) -> None:
+    product = 0.0
+    for place in range(first, vector.size):
+        product += normal[place] * vector[place]
+    product *= weight
+    for place in range(first, vector.size):
+        vector[place] -= product * normal[place]

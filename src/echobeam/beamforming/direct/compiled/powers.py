@@ -1,0 +1,259 @@
+"""The powers of one trial's beams, found in the dual uplink; the algorithm is that of `uplink`.
+
+A trial's scalars stand in one array, at the places named below.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.beamforming.direct.compiled.arrays import copy_into, fill, scaled_identity, zeros
+from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.beamforming.direct.compiled.linear import eliminate, inverse_of
+from echobeam.beamforming.direct.uplink import (
+    BISECTIONS,
+    FALL,
+    FIRST_GAP,
+    LAST_GAP,
+    SILENT,
+    TO_BOUNDARY,
+)
+from echobeam.values import Array
+
+SCALE, FACTOR, RESIDUAL, SCALARS = 0, 1, 2, 3
+
+
+@compiled
+def start_powers(
+    loss: Array, share: Array, price: Array, level: Array, leeway: Array, scalars: Array
+) -> None:
+    """Set prices, levels and scalars to the start from a share, `uplink.start_uplink`."""
+    least = np.inf
+    for user in range(loss.size):
+        least = min(least, loss[user])
+        price[user] = FIRST_GAP
+        level[user] = share[user] / loss[user]
+        leeway[user] = 0.0
+    scalars[SCALE] = np.log1p(1.0 / least)
+    scalars[FACTOR] = 1.0
+    scalars[RESIDUAL] = np.inf if loss.size > 1 else 0.0
+
+
+@compiled
+def step_powers(
+    loss: Array,
+    threshold: Array,
+    power: Array,
+    leak: Array,
+    share: Array,
+    price: Array,
+    level: Array,
+    leeway: Array,
+    scalars: Array,
+) -> None:
+    """Improve lambda for shapes as they are, in place, `uplink.step`.
+
+    Parameters
+    ----------
+    loss, threshold, power
+        ``(K,)``.
+    leak
+        ``(K, K)``: [k, i] what object i hears of beam k, zero on the diagonal.
+    share, price, level, leeway, scalars
+        ``(K,)`` each, ``(SCALARS,)``; changed.
+    """
+    users = loss.size
+    base, spread, met = _floors(threshold, power, leak, loss)
+    if met:
+        scalars[FACTOR] = 1.0
+    else:
+        scalars[FACTOR] = _share_shortage(threshold, power, leak, loss, level)
+        fill(base, 0.0)
+        spread = scaled_identity(users, 1.0)
+    budget = 1.0
+    for user in range(users):
+        budget -= loss[user] * base[user]
+    for column in range(users):
+        cost = 0.0
+        for row in range(users):
+            cost += spread[row, column] * loss[row]
+        for row in range(users):
+            spread[row, column] *= budget / cost
+    if users > 1:
+        _newton(base, spread, power, leak, share, price, leeway, scalars)
+    if met:
+        for row in range(users):
+            level[row] = base[row]
+            for column in range(users):
+                level[row] += spread[row, column] * share[column]
+    else:
+        scalars[RESIDUAL] = 0.0
+    for user in range(users):
+        if not (met and loss[user] * level[user] < SILENT):
+            leeway[user] = 0.0
+
+
+@compiled
+def downlink(
+    loss: Array, power: Array, leak: Array, level: Array, ratio: Array, received: Array
+) -> bool:
+    """Fill ``(K,)`` SINRs and the powers that reach them, `uplink.downlink`; tell if they exist."""
+    users = loss.size
+    system = scaled_identity(users, 1.0)
+    right = np.empty((users, 1))
+    for row in range(users):
+        noise = power[row]
+        for column in range(users):
+            noise += leak[row, column] * level[column]
+        ratio[row] = level[row] / noise
+    for row in range(users):
+        right[row, 0] = ratio[row] * loss[row]
+        for column in range(users):
+            system[row, column] -= ratio[row] * leak[column, row]
+    eliminate(system, right)
+    spent = 0.0
+    for row in range(users):
+        spent += right[row, 0] * power[row]
+    good = True
+    for row in range(users):
+        received[row] = right[row, 0] / spent
+        good &= 0.0 <= received[row] < np.inf
+    return good
+
+
+@compiled
+def _floors(threshold: Array, power: Array, leak: Array, loss: Array) -> tuple[Array, Array, bool]:
+    """Return the least lambda, how it grows with the surplus, and whether it can be paid."""
+    users = loss.size
+    matrix = scaled_identity(users, 1.0)
+    for row in range(users):
+        for column in range(users):
+            matrix[row, column] -= threshold[row] * leak[row, column]
+    spread, bounded = inverse_of(matrix)
+    base = zeros(users)
+    paid = 0.0
+    for row in range(users):
+        for column in range(users):
+            base[row] += spread[row, column] * threshold[column] * power[column]
+        paid += loss[row] * base[row]
+    return base, spread, bounded and paid < 1.0
+
+
+@compiled
+def _share_shortage(
+    threshold: Array, power: Array, leak: Array, loss: Array, level: Array
+) -> float:
+    """Set the levels to those of the largest common part of the floors' rates that can be paid."""
+    low, high = 0.0, 1.0
+    part = np.empty(loss.size)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        for user in range(loss.size):
+            part[user] = np.expm1(middle * np.log1p(threshold[user]))
+        base, _, met = _floors(part, power, leak, loss)
+        if met:
+            low = middle
+            copy_into(level, base)
+        else:
+            high = middle
+    total = 0.0
+    for user in range(loss.size):
+        total += loss[user] * level[user]
+    for user in range(loss.size):
+        level[user] /= total
+    return low
+
+
+@compiled
+def _newton(
+    base: Array,
+    jacobian: Array,
+    power: Array,
+    leak: Array,
+    share: Array,
+    price: Array,
+    leeway: Array,
+    scalars: Array,
+) -> None:
+    """Take a primal-dual step on the share, with the interference term linearised."""
+    users = share.size
+    scale = scalars[SCALE]
+    level = np.empty(users)
+    copy_into(level, base)
+    mean = 0.0
+    for row in range(users):
+        for column in range(users):
+            level[row] += jacobian[row, column] * share[column]
+        mean += share[row] * price[row] / users
+    gap = max(FALL * mean, LAST_GAP)
+    total, relief = np.empty(users), np.empty(users)
+    for row in range(users):
+        noise = power[row]
+        for column in range(users):
+            noise += leak[row, column] * level[column]
+        total[row] = noise + level[row]
+        relief[row] = 1.0 / noise - 1.0 / total[row]
+    pull = np.empty(users)
+    for row in range(users):
+        pull[row] = 1.0 / total[row]
+        for column in range(users):
+            pull[row] -= leak[column, row] * relief[column]
+    reach = np.empty((users, users))
+    for row in range(users):
+        for column in range(users):
+            value = jacobian[row, column]
+            for other in range(users):
+                value += leak[row, other] * jacobian[other, column]
+            reach[row, column] = value / total[row]
+    slope = zeros(users)
+    bend = scaled_identity(users, 0.0)
+    right = np.empty((users, 2))
+    for row in range(users):
+        for other in range(users):
+            slope[row] += jacobian[other, row] * pull[other] / scale
+        for column in range(users):
+            for other in range(users):
+                bend[row, column] += reach[other, row] * reach[other, column] / scale
+        bend[row, row] += price[row] / share[row]
+        right[row, 0] = slope[row] + gap / share[row]
+        right[row, 1] = 1.0
+    best = 0.0
+    for row in range(users):
+        best += share[row] * slope[row]
+    for row in range(users):
+        margin = max(best - slope[row], 0.0)
+        leeway[row] = margin / (margin + jacobian[row, row] / total[row] / scale)
+    eliminate(bend, right)
+    value, weight = 0.0, 0.0
+    for row in range(users):
+        value += right[row, 0]
+        weight += right[row, 1]
+    value /= weight
+    scalars[RESIDUAL] = _move(share, price, slope, right, value, gap)
+
+
+@compiled
+def _move(
+    share: Array, price: Array, slope: Array, right: Array, value: float, gap: float
+) -> float:
+    """Move share and prices as far as they stay positive; return the residual of the old point."""
+    users = share.size
+    change, price_change = np.empty(users), np.empty(users)
+    residual, reach, price_reach = 0.0, 1.0, 1.0
+    for row in range(users):
+        error = abs(slope[row] + price[row] - value)
+        residual = max(residual, share[row] * max(error, price[row]))
+        change[row] = right[row, 0] - value * right[row, 1]
+        price_change[row] = (gap - price[row] * change[row]) / share[row] - price[row]
+        if change[row] < 0.0:
+            reach = min(reach, -TO_BOUNDARY * share[row] / change[row])
+        if price_change[row] < 0.0:
+            price_reach = min(price_reach, -TO_BOUNDARY * price[row] / price_change[row])
+    total = 0.0
+    for row in range(users):
+        share[row] += reach * change[row]
+        price[row] += price_reach * price_change[row]
+        total += share[row]
+    for row in range(users):
+        share[row] /= total
+    return residual

@@ -1,0 +1,178 @@
+"""Where one beam starts: a chirp over its cover, the matched beam, or the beam given; `chirp`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.beamforming.direct.chirp import (
+    FIRST_BARRIER,
+    LEAST_WIDTH,
+    MATCHED_BARRIER,
+    MATCHED_SLACK,
+    RIDGE,
+    SAFE,
+    WARM_BARRIER,
+    WORSE,
+)
+from echobeam.beamforming.direct.compiled.arrays import copy_into, fill, scaled_identity
+from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.beamforming.direct.compiled.linear import factor, solve
+from echobeam.beamforming.direct.compiled.steering import from_antennas
+from echobeam.beamforming.direct.compiled.step import (
+    BARRIER,
+    RESIDUAL,
+    RIPPLE,
+    SHIFT,
+    TARGET,
+    power_of,
+    respond_from,
+    slacks,
+)
+from echobeam.values import Array, ComplexArray
+
+
+@compiled
+def start_shape(
+    rows: Array,
+    offset: Array,
+    imposed: Array,
+    cover: tuple[float, float, float],
+    chirp: float,
+    n_tx: int,
+    scalars: Array,
+    z: Array,
+) -> None:
+    """Set a beam's coordinates ``(2 n,)`` and scalars to the start, `chirp.start_shapes`.
+
+    Parameters
+    ----------
+    rows, offset
+        ``(R, n)``, ``(R,)``.
+    imposed
+        ``(m,)`` rad: phases of the points imposed.
+    cover
+        rad: phase of the own object, least and largest phase of the cover.
+    chirp
+        Rate of the chirp.
+    n_tx
+        N.
+    scalars
+        ``(SCALARS,)``, the target among them.
+    z
+        Filled.
+    """
+    scalars[BARRIER], scalars[SHIFT], scalars[RESIDUAL] = FIRST_BARRIER, 0.0, np.inf
+    scalars[RIPPLE] = scalars[TARGET]
+    m = imposed.size
+    excess = 0.0
+    for row in range(m):
+        excess = max(excess, abs(offset[row] ** 2 - 1.0))
+    if excess <= (1.0 - MATCHED_SLACK) * scalars[TARGET]:
+        fill(z, 0.0)
+        scalars[BARRIER] = MATCHED_BARRIER
+    else:
+        _chirped(rows, offset, imposed, cover, chirp, n_tx, z)
+
+
+@compiled
+def _chirped(
+    rows: Array,
+    offset: Array,
+    imposed: Array,
+    cover: tuple[float, float, float],
+    chirp: float,
+    n_tx: int,
+    z: Array,
+) -> None:
+    own, low, high = cover
+    size = rows.shape[1]
+    middle = 0.5 * (low + high)
+    width = max(high - low, LEAST_WIDTH * 2.0 * np.pi / n_tx)
+    bow = 0.5 * chirp * n_tx / width
+    normal = scaled_identity(size, 0.0)
+    fill(z, 0.0)
+    for row in range(imposed.size):
+        angle = bow * ((imposed[row] - middle) ** 2 - (own - middle) ** 2)
+        real, imaginary = np.cos(angle) - offset[row], np.sin(angle)
+        for first in range(size):
+            value = rows[row, first]
+            z[first] += value * real
+            z[size + first] += value * imaginary
+            for second in range(first, size):
+                normal[first, second] += value * rows[row, second]
+    for place in range(size):
+        normal[place, place] += RIDGE
+    inverse = np.empty(size)
+    factor(normal, inverse)
+    solve(normal, inverse, z[:size])
+    solve(normal, inverse, z[size:])
+
+
+@compiled
+def keep_warm(
+    rows: Array, offset: Array, m: int, basis: Array, warm: ComplexArray, scalars: Array, z: Array
+) -> None:
+    """Start from a beam given, where it is not much worse than what there is."""
+    n_tx, size = basis.shape[0], basis.shape[1] - 1
+    coordinates = np.empty(n_tx, dtype=np.complex128)
+    from_antennas(warm, coordinates)
+    own = 0.0j
+    for antenna in range(n_tx):
+        own += basis[antenna, 0] * coordinates[antenna]
+    given = np.empty(2 * size)
+    total = abs(own) ** 2
+    for place in range(size):
+        value = 0.0j
+        for antenna in range(n_tx):
+            value += basis[antenna, 1 + place] * coordinates[antenna]
+        given[place], given[size + place] = value.real, value.imag
+        total += abs(value) ** 2
+    if not (total < np.inf and abs(own) > 1e-3 * np.sqrt(total)):
+        return
+    for place in range(size):
+        value = complex(given[place], given[size + place]) / own
+        given[place], given[size + place] = value.real, value.imag
+    target = scalars[TARGET]
+    if _cost(rows, offset, m, given, target) < WORSE * _cost(rows, offset, m, z, target):
+        copy_into(z, given)
+        scalars[BARRIER] = min(scalars[BARRIER], WARM_BARRIER)
+
+
+@compiled
+def _cost(rows: Array, offset: Array, m: int, z: Array, target: float) -> float:
+    """Return the power of coordinates, with a penalty for ripple beyond what is allowed."""
+    size = rows.shape[1]
+    excess = 0.0
+    for row in range(m):
+        real, imaginary = offset[row], 0.0
+        for place in range(size):
+            real += rows[row, place] * z[place]
+            imaginary += rows[row, place] * z[size + place]
+        excess = max(excess, abs(real * real + imaginary * imaginary - 1.0))
+    power = power_of(z)
+    return power + 10.0 * max(excess / target - power, 0.0)
+
+
+@compiled
+def make_feasible(
+    rows: Array,
+    offset: Array,
+    z: Array,
+    response: Array,
+    low: Array,
+    high: Array,
+    scalars: Array,
+) -> None:
+    """Widen the imposed ripple where the point does not leave some of it free."""
+    respond_from(rows, offset, z, response)
+    power = power_of(z)
+    excess = 0.0
+    for row in range(low.size):
+        size = response[row, 0] ** 2 + response[row, 1] ** 2
+        excess = max(excess, abs(size - 1.0))
+    target = scalars[TARGET]
+    scalars[RIPPLE] = max(target, excess / power + SAFE * target)
+    slacks(response, scalars[RIPPLE] * power, low, high)
+    for row in range(low.size):
+        low[row] = scalars[BARRIER] / low[row]
+        high[row] = scalars[BARRIER] / high[row]

@@ -1,0 +1,72 @@
+"""Real steering vectors of unit norm, and antenna weights: see `subspace`, one beam at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.values import Array, ComplexArray
+
+
+@compiled
+def fill_steering(phase: float, vector: Array) -> None:
+    """Fill ``(N,)`` with the real steering vector of unit norm, `subspace.real_steering`."""
+    n_tx = vector.size
+    half = n_tx // 2
+    odd = n_tx % 2
+    scale = np.sqrt(2.0 / n_tx)
+    turn = complex(np.cos(phase), np.sin(phase))
+    start = phase if odd else 0.5 * phase
+    value = scale * complex(np.cos(start), np.sin(start))
+    if odd:
+        vector[0] = 1.0 / np.sqrt(n_tx)
+    for place in range(half):
+        vector[odd + place] = value.real
+        vector[odd + half + place] = value.imag
+        value *= turn
+
+
+@compiled
+def to_antennas(coordinates: ComplexArray, weights: ComplexArray) -> None:
+    """Fill ``(N,)`` antenna weights from phase-centred coordinates, `subspace.to_beams`."""
+    n_tx = weights.size
+    half = n_tx // 2
+    odd = n_tx % 2
+    scale = np.sqrt(0.5)
+    if odd:
+        weights[half] = coordinates[0]
+    for place in range(half):
+        even = coordinates[odd + place]
+        turned = 1j * coordinates[odd + half + place]
+        weights[half + odd + place] = scale * (even + turned)
+        weights[half - 1 - place] = scale * (even - turned)
+
+
+@compiled
+def from_antennas(weights: ComplexArray, coordinates: ComplexArray) -> None:
+    """Fill ``(N,)`` phase-centred coordinates, `subspace.to_coordinates`."""
+    n_tx = weights.size
+    half = n_tx // 2
+    odd = n_tx % 2
+    scale = np.sqrt(0.5)
+    if odd:
+        coordinates[0] = weights[half]
+    for place in range(half):
+        upper = weights[half + odd + place]
+        lower = weights[half - 1 - place]
+        coordinates[odd + place] = scale * (upper + lower)
+        coordinates[odd + half + place] = -1j * scale * (upper - lower)
+
+
+@compiled
+def lift(basis: Array, z: Array, weights: ComplexArray) -> None:
+    """Fill ``(N,)`` antenna weights of unit own response from z, see `BeamSet.lift`."""
+    n_tx, size = basis.shape[0], basis.shape[1] - 1
+    coordinates = np.empty(n_tx, dtype=np.complex128)
+    for antenna in range(n_tx):
+        real, imaginary = basis[antenna, 0], 0.0
+        for place in range(size):
+            real += basis[antenna, 1 + place] * z[place]
+            imaginary += basis[antenna, 1 + place] * z[size + place]
+        coordinates[antenna] = complex(real, imaginary)
+    to_antennas(coordinates, weights)

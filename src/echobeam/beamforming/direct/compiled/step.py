@@ -1,0 +1,382 @@
+"""One Newton step on the shape of one beam; the algorithm is that of `barrier`, beam by beam.
+
+A beam's scalars stand in one array, at the places named below; its coordinates are the real
+parts followed by the imaginary ones.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.beamforming.direct.barrier import (
+    BACKTRACK,
+    CENTRED,
+    DECREASE,
+    EASE,
+    EASE_FAST,
+    FALL,
+    FALL_POWER,
+    LAST_BARRIER,
+    MOST_BACKTRACKS,
+    NO_SHIFT,
+    ROUNDING,
+    SHORT,
+    TIGHTEN,
+    TO_BOUNDARY,
+    TRUSTED_DUAL,
+)
+from echobeam.beamforming.direct.compiled.arrays import copy_into, scaled_identity, zeros
+from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.beamforming.direct.compiled.linear import factor_shifted, solve
+from echobeam.beamforming.direct.symmetric import LEAST_SHIFT
+from echobeam.values import Array
+
+BARRIER, RIPPLE, TARGET, SHIFT, RESIDUAL, SCALARS = 0, 1, 2, 3, 4, 5
+
+
+@compiled
+def power_of(z: Array) -> float:
+    """Return P = 1 + |z|^2."""
+    total = 1.0
+    for value in z:
+        total += value * value
+    return total
+
+
+@compiled
+def respond(rows: Array, z: Array, response: Array) -> None:
+    """Fill ``(R, 2)`` with a^T z."""
+    size = rows.shape[1]
+    for row in range(rows.shape[0]):
+        real, imaginary = 0.0, 0.0
+        for place in range(size):
+            real += rows[row, place] * z[place]
+            imaginary += rows[row, place] * z[size + place]
+        response[row, 0] = real
+        response[row, 1] = imaginary
+
+
+@compiled
+def respond_from(rows: Array, offset: Array, z: Array, response: Array) -> None:
+    """Fill ``(R, 2)`` with the responses a_0 + a^T z."""
+    respond(rows, z, response)
+    for row in range(rows.shape[0]):
+        response[row, 0] += offset[row]
+
+
+@compiled
+def slacks(response: Array, allowed: float, below: Array, above: Array) -> float:
+    """Fill what is left of (38f) below and above, ``(m,)`` each; return the least."""
+    least = np.inf
+    for row in range(below.size):
+        excess = response[row, 0] ** 2 + response[row, 1] ** 2 - 1.0
+        below[row] = allowed + excess
+        above[row] = allowed - excess
+        least = min(least, below[row], above[row])
+    return least
+
+
+@compiled
+def _pull(rows: Array, response: Array, slope: Array, spread: float, z: Array) -> Array:
+    size = rows.shape[1]
+    pull = np.empty(2 * size)
+    for place in range(2 * size):
+        pull[place] = 2.0 * spread * z[place]
+    for row in range(rows.shape[0]):
+        real = 2.0 * slope[row] * response[row, 0]
+        imaginary = 2.0 * slope[row] * response[row, 1]
+        for place in range(size):
+            pull[place] += real * rows[row, place]
+            pull[size + place] += imaginary * rows[row, place]
+    return pull
+
+
+@compiled
+def bends(low: Array, high: Array, weight: Array, ripple: float) -> tuple[Array, float]:
+    """Return the rows' part and the identity's part in the Lagrangian's curvature."""
+    m = low.size
+    bend = np.empty(m + weight.size)
+    spread = 1.0
+    for row in range(m):
+        bend[row] = high[row] - low[row]
+        spread -= ripple * (high[row] + low[row])
+    for row in range(weight.size):
+        bend[m + row] = weight[row]
+    return bend, spread
+
+
+@compiled
+def _lower_barrier(
+    scalars: Array, gradient: Array, low: Array, high: Array, below: Array, above: Array
+) -> None:
+    mu = scalars[BARRIER]
+    residual = 0.0
+    for value in gradient:
+        residual = max(residual, abs(value))
+    for row in range(low.size):
+        residual = max(residual, abs(low[row] * below[row] - mu), abs(high[row] * above[row] - mu))
+    scalars[RESIDUAL] = residual
+    if residual < CENTRED * mu and scalars[RIPPLE] <= scalars[TARGET] and mu > LAST_BARRIER:
+        scalars[BARRIER] = max(min(FALL * mu, mu**FALL_POWER), LAST_BARRIER)
+
+
+@compiled
+def _matrix(
+    rows: Array,
+    response: Array,
+    z: Array,
+    bend: Array,
+    spread: float,
+    ripple: float,
+    stiff_low: Array,
+    stiff_high: Array,
+) -> Array:
+    """Return the condensed Newton matrix ``(2 n, 2 n)``; the upper triangle counts."""
+    size, m = rows.shape[1], stiff_low.size
+    matrix = scaled_identity(2 * size, 0.0)
+    side = zeros(2 * size)
+    total = 0.0
+    for row in range(rows.shape[0]):
+        real, mixed, imaginary = 2.0 * bend[row], 0.0, 2.0 * bend[row]
+        if row < m:
+            u, v = response[row, 0], response[row, 1]
+            stiff = 4.0 * (stiff_low[row] + stiff_high[row])
+            total += stiff_low[row] + stiff_high[row]
+            real += stiff * u * u
+            mixed = stiff * u * v
+            imaginary += stiff * v * v
+            force = stiff_low[row] - stiff_high[row]
+            for place in range(size):
+                side[place] += force * u * rows[row, place]
+                side[size + place] += force * v * rows[row, place]
+        for first in range(size):
+            value = rows[row, first]
+            for second in range(first, size):
+                matrix[first, second] += real * value * rows[row, second]
+                matrix[size + first, size + second] += imaginary * value * rows[row, second]
+            for second in range(size):
+                matrix[first, size + second] += mixed * value * rows[row, second]
+    for place in range(2 * size):
+        matrix[place, place] += 2.0 * spread
+        side[place] = 4.0 * ripple * (side[place] + 0.5 * ripple * total * z[place])
+    for first in range(2 * size):
+        for second in range(first, 2 * size):
+            matrix[first, second] += z[first] * side[second] + side[first] * z[second]
+    return matrix
+
+
+@compiled
+def _merit(
+    z: Array, response: Array, below: Array, above: Array, weight: Array, mu: float
+) -> float:
+    m = below.size
+    merit = power_of(z)
+    for row in range(weight.size):
+        merit += weight[row] * (response[m + row, 0] ** 2 + response[m + row, 1] ** 2)
+    logarithms = 0.0
+    for row in range(m):
+        logarithms += np.log(below[row] * above[row])
+    return merit - mu * logarithms
+
+
+@compiled
+def step(
+    rows: Array, z: Array, response: Array, low: Array, high: Array, weight: Array, scalars: Array
+) -> None:
+    """Take one step, in place; the residual left in ``scalars`` is that of the old point.
+
+    Parameters
+    ----------
+    rows, z, response
+        ``(R, n)``, ``(2 n,)``, ``(R, 2)``.
+    low, high
+        ``(m,)``: multipliers.
+    weight
+        ``(R - m,)``: price of what the other objects hear.
+    scalars
+        ``(SCALARS,)``.
+    """
+    m, flat = low.size, z.size
+    ripple, target = scalars[RIPPLE], scalars[TARGET]
+    power = power_of(z)
+    below, above = np.empty(m), np.empty(m)
+    slacks(response, ripple * power, below, above)
+    bend, spread = bends(low, high, weight, ripple)
+    _lower_barrier(scalars, _pull(rows, response, bend, spread, z), low, high, below, above)
+    mu = scalars[BARRIER]
+    lost = (target - ripple) * power
+    stiff_low, stiff_high = np.empty(m), np.empty(m)
+    for row in range(m):
+        stiff_low[row], stiff_high[row] = low[row] / below[row], high[row] / above[row]
+    slope = np.empty(bend.size)
+    copy_into(slope, bend)
+    aimed = 1.0
+    for row in range(m):
+        aim_low = mu / below[row] - stiff_low[row] * lost
+        aim_high = mu / above[row] - stiff_high[row] * lost
+        slope[row] = aim_high - aim_low
+        aimed -= ripple * (aim_low + aim_high)
+    ahead = _pull(rows, response, slope, aimed, z)
+    right = np.empty(flat)
+    copy_into(right, ahead)
+    inverse = np.empty(flat)
+    matrix = _matrix(rows, response, z, bend, spread, ripple, stiff_low, stiff_high)
+    upper, scalars[SHIFT] = factor_shifted(matrix, inverse, scalars[SHIFT])
+    inclination = 0.0
+    solve(upper, inverse, ahead)
+    for place in range(flat):
+        ahead[place] = -ahead[place]
+        inclination += right[place] * ahead[place]
+    moved = np.empty((rows.shape[0], 2))
+    respond(rows, ahead, moved)
+    bent = _correction(rows, response, z, ahead, moved, ripple, stiff_low, stiff_high)
+    solve(upper, inverse, bent)
+    size = power_of(ahead) - 1.0
+    aside = power_of(bent) - 1.0
+    factor = -min(1.0, np.sqrt(size / max(aside, 1e-300)))
+    for place in range(flat):
+        bent[place] *= factor
+    bowed = np.empty((rows.shape[0], 2))
+    respond(rows, bent, bowed)
+    _move_multipliers(response, moved, z, ahead, low, high, below, above, mu, ripple, lost)
+    length = _search(
+        z, response, ahead, bent, moved, bowed, below, above, weight, scalars, inclination
+    )
+    for place in range(flat):
+        z[place] += length * (ahead[place] + length * bent[place])
+    for row in range(rows.shape[0]):
+        for part in range(2):
+            response[row, part] += length * (moved[row, part] + length * bowed[row, part])
+    _after(scalars, length)
+    _trust_multipliers(response, z, low, high, scalars)
+
+
+@compiled
+def _correction(
+    rows: Array,
+    response: Array,
+    z: Array,
+    ahead: Array,
+    moved: Array,
+    ripple: float,
+    stiff_low: Array,
+    stiff_high: Array,
+) -> Array:
+    """Return the pull of the constraints' curvature along a direction."""
+    widen = ripple * (power_of(ahead) - 1.0)
+    slope = zeros(rows.shape[0])
+    spread = 0.0
+    for row in range(stiff_low.size):
+        lift = moved[row, 0] ** 2 + moved[row, 1] ** 2
+        curve_low = stiff_low[row] * (widen + lift)
+        curve_high = stiff_high[row] * (widen - lift)
+        slope[row] = curve_low - curve_high
+        spread += ripple * (curve_low + curve_high)
+    return _pull(rows, response, slope, spread, z)
+
+
+@compiled
+def _search(
+    z: Array,
+    response: Array,
+    ahead: Array,
+    bent: Array,
+    moved: Array,
+    bowed: Array,
+    below: Array,
+    above: Array,
+    weight: Array,
+    scalars: Array,
+    inclination: float,
+) -> float:
+    """Return how far to go along the arc: feasible, and lower on the barrier function."""
+    m, mu = below.size, scalars[BARRIER]
+    ripple, target = scalars[RIPPLE], scalars[TARGET]
+    base = _merit(z, response, below, above, weight, mu)
+    low, high = np.empty(m), np.empty(m)
+    at, heard = np.empty(z.size), np.empty((response.shape[0], 2))
+    length = 1.0
+    for _ in range(MOST_BACKTRACKS):
+        for place in range(z.size):
+            at[place] = z[place] + length * (ahead[place] + length * bent[place])
+        for row in range(response.shape[0]):
+            for part in range(2):
+                arc = moved[row, part] + length * bowed[row, part]
+                heard[row, part] = response[row, part] + length * arc
+        least = slacks(heard, _narrowed(ripple, target, length) * power_of(at), low, high)
+        inside = least > 0.0
+        for row in range(m):
+            inside &= low[row] > (1.0 - TO_BOUNDARY) * below[row]
+            inside &= high[row] > (1.0 - TO_BOUNDARY) * above[row]
+        if inside:
+            if ripple > target:
+                return length
+            enough = base + DECREASE * length * inclination + ROUNDING * (1.0 + abs(base))
+            if _merit(at, heard, low, high, weight, mu) <= enough:
+                return length
+        length *= BACKTRACK
+    return 0.0
+
+
+@compiled
+def _narrowed(ripple: float, target: float, reach: float) -> float:
+    return ripple + reach * (target - ripple) if reach < 1.0 else target
+
+
+@compiled
+def _move_multipliers(
+    response: Array,
+    moved: Array,
+    z: Array,
+    ahead: Array,
+    low: Array,
+    high: Array,
+    below: Array,
+    above: Array,
+    mu: float,
+    ripple: float,
+    lost: float,
+) -> None:
+    widen = lost
+    for place in range(z.size):
+        widen += 2.0 * ripple * z[place] * ahead[place]
+    m = low.size
+    change_low, change_high = np.empty(m), np.empty(m)
+    reach = 1.0
+    for row in range(m):
+        rise = 2.0 * (response[row, 0] * moved[row, 0] + response[row, 1] * moved[row, 1])
+        change_low[row] = (mu - low[row] * (widen + rise)) / below[row] - low[row]
+        change_high[row] = (mu - high[row] * (widen - rise)) / above[row] - high[row]
+        if change_low[row] < 0.0:
+            reach = min(reach, -TO_BOUNDARY * low[row] / change_low[row])
+        if change_high[row] < 0.0:
+            reach = min(reach, -TO_BOUNDARY * high[row] / change_high[row])
+    for row in range(m):
+        low[row] += reach * change_low[row]
+        high[row] += reach * change_high[row]
+
+
+@compiled
+def _after(scalars: Array, length: float) -> None:
+    """Adapt the shift and the imposed ripple to the length of the step."""
+    shift = scalars[SHIFT]
+    if length < SHORT:
+        shift = max(TIGHTEN * shift, LEAST_SHIFT)
+    else:
+        shift *= EASE_FAST if length >= 1.0 else EASE
+        if shift < NO_SHIFT:
+            shift = 0.0
+    scalars[SHIFT] = shift
+    scalars[RIPPLE] = _narrowed(scalars[RIPPLE], scalars[TARGET], length)
+
+
+@compiled
+def _trust_multipliers(response: Array, z: Array, low: Array, high: Array, scalars: Array) -> None:
+    m = low.size
+    below, above = np.empty(m), np.empty(m)
+    slacks(response, scalars[RIPPLE] * power_of(z), below, above)
+    for row in range(m):
+        centre = scalars[BARRIER] / below[row]
+        low[row] = min(max(low[row], centre / TRUSTED_DUAL), centre * TRUSTED_DUAL)
+        centre = scalars[BARRIER] / above[row]
+        high[row] = min(max(high[row], centre / TRUSTED_DUAL), centre * TRUSTED_DUAL)
