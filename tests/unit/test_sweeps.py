@@ -1,4 +1,6 @@
 import csv
+import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import echobeam as eb
 from echobeam.faults import RunError
 from echobeam.scenario import ScenarioError
 from echobeam.simulation.summary import summarise
+from echobeam.store.block_files import BlockFiles
 from echobeam.store.writing import StoreError
 from echobeam.sweeps.grid import Grid, SweepError, Varied, grid_dataset, read_varied, tidy_csv
 from echobeam.sweeps.points import run_study, study_in
@@ -89,7 +92,15 @@ def test_an_interrupted_study_goes_on_and_comes_to_the_same(swept, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ["radio.power", "=1,2", "radio.power=", "radio.power=1,,2", "radio.power=1,1"]
+    "text",
+    [
+        "radio.power",
+        "=1,2",
+        "radio.power=",
+        "radio.power=1,,2",
+        "radio.power=1,1",
+        "radio.power=1,1.0",
+    ],
 )
 def test_what_does_not_vary_is_refused(text):
     with pytest.raises(SweepError, match="vary"):
@@ -103,3 +114,43 @@ def test_grids_that_are_none():
         Grid("paper-single", (), (AXES[0], AXES[0])).points((), 1, ())
     with pytest.raises(ScenarioError, match=r"radio\.power"):
         Grid("paper-single", (), (Varied("radio.power", ("0",)),)).points((), 1, ())
+
+
+def test_a_list_is_one_value():
+    assert read_varied("radar.rcs=[1, 2],[2,3]").values == ("[1, 2]", "[2,3]")
+    assert read_varied("uav.height=80 m, '90 m'").values == ("80 m", "90 m")
+
+
+def test_trials_may_vary(tmp_path):
+    grid = Grid("paper-single", ("frame.slots_per_frame=4",), (Varied("trials", ("2", "3")),))
+    study = study_in(tmp_path / "b", grid.points(("omni",), None, ()), 0)
+    run_study(study)
+    assert grid_dataset(grid, study).attrs["trials"] == [2, 3]
+    assert [len(study.digest_of(index)["sum_rate"][0]) for index in (0, 1)] == [2, 3]
+
+
+def test_each_point_reads_its_own_blocks_once(swept, monkeypatch):
+    grid, study, _ = swept
+    read = []
+    whole = BlockFiles.read
+
+    def counted(files, index, wanted=lambda name: True):
+        read.append(index)
+        return whole(files, index, wanted)
+
+    monkeypatch.setattr(BlockFiles, "read", counted)
+    grid_dataset(grid, study)
+    assert read == [0, 1, 2, 3]
+    study.kept(2)
+    assert read == [0, 1, 2, 3, 2]
+
+
+def test_a_task_on_its_way_to_a_cluster_does_not_carry_the_grid():
+    """What goes over the network with every block must not grow with the number of points."""
+    sizes = []
+    for count in (2, 20):
+        powers = tuple(str(power) for power in range(1, count + 1))
+        grid = Grid("paper-single", (), (Varied("radio.power", powers),))
+        study = study_in(Path("b"), grid.points(("omni",), 10, ()), 0)
+        sizes.append(len(pickle.dumps(study.piece(0))))
+    assert sizes[0] == sizes[1] < 10_000

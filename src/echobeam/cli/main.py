@@ -73,6 +73,11 @@ def main() -> None:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(FAILED)
+    except OSError as error:
+        if os.environ.get("ECHOBEAM_DEBUG"):
+            raise
+        place = f"{error.filename}: " if error.filename else ""
+        _fail(f"{place}{error.strerror or error}", FAILED)
     except Exception as error:
         if os.environ.get("ECHOBEAM_DEBUG"):
             raise

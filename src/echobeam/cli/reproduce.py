@@ -53,6 +53,7 @@ def command(
     from echobeam.reproduction.catalogue import FIGURES
     from echobeam.reproduction.report import written
     from echobeam.reproduction.run import QUICK_TRIALS, TRIALS, Reproduction, reproduce
+    from echobeam.simulation.run import check_count
     from echobeam.store.workers import Workers
 
     if as_list:
@@ -62,6 +63,7 @@ def command(
         return
     if trials is None:
         trials = QUICK_TRIALS if quick else TRIALS
+    check_count(trials, seed)
     task = Reproduction(ids, out, trials, seed, Workers(jobs, dask), resume, force)
     with progress_bar("reproduce", quiet=quiet) as progress:
         findings = reproduce(task, progress)

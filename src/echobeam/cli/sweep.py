@@ -110,12 +110,14 @@ def _table(dataset: xr.Dataset, path: Path) -> str:
 
 def _json(dataset: xr.Dataset, name: str, path: Path, keys: list[str]) -> str:
     """Return every figure of every point as strict JSON: what is not a number is null."""
+    import numpy as np
+
     from echobeam.cli.report import plain
 
     document = {
         "scenario": name,
         "seed": int(dataset.attrs["seed"]),
-        "trials": int(dataset.attrs["trials"]),
+        "trials": np.asarray(dataset.attrs["trials"]).tolist(),
         "result": str(path),
         "vary": {key: dataset[key].values for key in keys},
         "points": [_point(at, path) for at in _along(dataset, keys)],

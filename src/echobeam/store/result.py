@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.blocks import SHARED, Block
 from echobeam.simulation.dataset import VARIABLES, attributes, coordinates
-from echobeam.store.writing import StoreError, replacing
+from echobeam.store.sink import netcdf_file
+from echobeam.store.writing import StoreError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,9 +34,7 @@ def write_result(
     OSError
         If the disk is full or the path cannot be written; the file is then not there.
     """
-    import h5netcdf
-
-    with replacing(path) as temporary, h5netcdf.File(temporary, "w") as file:
+    with netcdf_file(path) as (file, check):
         file.dimensions = {
             "scheme": len(names),
             "trial": trials,
@@ -53,19 +53,31 @@ def write_result(
                 _write_coordinates(file, scenario, names, block)
                 _create_variables(file, block)
             _write_block(file, block)
+            check()
 
 
 def _write_coordinates(file: Any, scenario: Scenario, names: Sequence[str], block: Block) -> None:
-    import h5py
-
     phase = block.arrays["phase"]
     for name, (dims, values, attrs) in coordinates(scenario, names, phase).items():
-        text = values.dtype.kind == "U"
-        dtype = h5py.string_dtype() if text else values.dtype
-        variable = file.create_variable(name, dims, dtype)
-        variable[...] = values.astype(object) if text else values
-        for key, value in attrs.items():
-            variable.attrs[key] = value
+        _write_variable(file, name, dims, values, attrs)
+
+
+def _write_variable(
+    file: Any,
+    name: str,
+    dims: Sequence[Hashable],
+    values: npt.NDArray[np.generic],
+    attrs: Mapping[Any, object],
+) -> None:
+    """Write a whole variable of numbers or texts."""
+    import h5py
+
+    text = values.dtype.kind in "UO"
+    dtype = h5py.string_dtype() if text else values.dtype
+    variable = file.create_variable(name, dims, dtype)
+    variable[...] = values.astype(object) if text else values
+    for key, value in attrs.items():
+        variable.attrs[key] = value
 
 
 def _create_variables(file: Any, block: Block) -> None:
@@ -90,6 +102,22 @@ def _write_block(file: Any, block: Block) -> None:
             file.variables[name][(slice(None),) * axis + (rows,)] = (
                 values.astype("i1") if values.dtype.kind == "b" else values
             )
+
+
+def write_dataset(path: Path, dataset: xr.Dataset) -> None:
+    """Write a small dataset of numbers and texts.
+
+    Raises
+    ------
+    OSError
+        If the disk is full or the path cannot be written; the file is then not there.
+    """
+    with netcdf_file(path) as (file, _):
+        file.dimensions = dict(dataset.sizes)
+        for key, value in dataset.attrs.items():
+            file.attrs[key] = value
+        for name, variable in dataset.variables.items():
+            _write_variable(file, str(name), variable.dims, variable.values, variable.attrs)
 
 
 def open_result(path: str | Path) -> xr.Dataset:

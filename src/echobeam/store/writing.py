@@ -45,6 +45,8 @@ def check_writable(path: Path, *, force: bool) -> None:
     """
     if path.is_dir():
         raise StoreError(f"{path}: is a directory; give a file name, such as {path / 'result.nc'}")
+    if path.exists() and not path.is_file():
+        raise StoreError(f"{path}: is no file that could be replaced; give another --out")
     if path.exists() and not force:
         raise StoreError(f"{path}: exists already; give another --out, or --force to replace it")
     if not path.parent.is_dir():

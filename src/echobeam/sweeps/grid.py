@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +34,9 @@ class Varied:
     values: tuple[str, ...]
 
 
+_BETWEEN_VALUES = re.compile(r",(?![^\[]*\])")  # not inside [...], which is one value
+
+
 def read_varied(text: str) -> Varied:
     """Read ``KEY=V1,V2,...``.
 
@@ -42,10 +46,10 @@ def read_varied(text: str) -> Varied:
         If it is not of that form, or a value stands twice.
     """
     key, equals, rest = text.partition("=")
-    values = tuple(value.strip().strip("\"'") for value in rest.split(","))
+    values = tuple(value.strip().strip("\"'") for value in _BETWEEN_VALUES.split(rest))
     if not equals or not key.strip() or not all(values):
         raise SweepError(f"--vary {text}: expected KEY=V1,V2,..., such as radio.power=0.1,1,10")
-    if len(set(values)) < len(values):
+    if len(set(_coordinate(values))) < len(values):
         raise SweepError(f"--vary {text}: a value stands twice; give each one once")
     return Varied(key.strip(), values)
 
@@ -175,8 +179,9 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
     )
     coords: dict[str, object] = {axis.key: _coordinate(axis.values) for axis in grid.axes}
     coords |= {"scheme": names, "slot": np.arange(1, n_slots + 1), "end": ["low", "high"]}
-    first = study.points[0]
-    attrs = attributes(first.scenario, study.seed) | {"trials": first.trials}
+    trials = [point.trials for point in study.points]
+    attrs: dict[str, object] = dict(attributes(study.points[0].scenario, study.seed))
+    attrs["trials"] = trials[0] if len(set(trials)) == 1 else trials  # they may vary, too
     return xr.Dataset(data, coords, attrs)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from echobeam.simulation.dataset import VARIABLES
 from echobeam.store.block_files import BlockFiles
-from echobeam.store.result import write_result
+from echobeam.store.result import write_dataset, write_result
 from echobeam.store.workers import HERE, Progress, Workers, do_all
 from echobeam.store.writing import StoreError, check_writable, clear_leftovers, replacing
 from echobeam.sweeps.grid import Grid, grid_dataset, scheme_names, tidy_csv
@@ -104,8 +104,7 @@ def record_sweep(sweep: Sweep, progress: Progress = lambda done, total: None) ->
         dataset.attrs |= {JOB: study.job().digest(), VARY: sweep.vary()}
         if sweep.full:
             dataset["result"] = _point_names(sweep, study)
-        with replacing(sweep.out) as temporary:
-            dataset.to_netcdf(temporary, engine="h5netcdf")
+        write_dataset(sweep.out, dataset)
         _write_csv(sweep)
         study.files.remove()
     return True
