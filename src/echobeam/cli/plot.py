@@ -19,9 +19,7 @@ import click
     "--kind",
     "kinds",
     multiple=True,
-    type=click.Choice(
-        ["rate", "tracking", "patterns", "trajectories", "consistency", "forecast"]
-    ),
+    type=click.Choice(["rate", "tracking", "patterns", "trajectories", "consistency", "forecast"]),
     help="Which picture; repeatable. Default: all.",
 )
 def command(result: Path, out: Path | None, kinds: tuple[str, ...]) -> None:

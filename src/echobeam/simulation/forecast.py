@@ -116,8 +116,8 @@ def forecast_errors(
             part["present"].values.astype(bool)[..., None], part["truth"].values, np.nan
         )
         cov = part["estimated_cov"].values
-        doubtful = (np.diagonal(cov, axis1=-2, axis2=-1) > 0).all(axis=-1)
-        mean = np.where(doubtful[..., None], part["estimated"].values, np.nan)
+        doubtful = (np.diagonal(cov, axis1=-2, axis2=-1) > 0).all(axis=-1, keepdims=True)
+        mean = np.where(doubtful, part["estimated"].values, np.nan)
         states = truth, mean, cov
         first = int(slots[0]) - 1
         for horizon, found in _examine(states, origins, first, most, path, scenario):
