@@ -2,10 +2,13 @@
 
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -100,17 +103,56 @@ def test_a_changed_scheme_file_is_no_finished_run(tmp_path):
         record(recording(tmp_path / "r.nc", resume=True, **run))
 
 
-def test_blocks_of_another_run_are_refused_and_kept(tmp_path):
+def test_blocks_of_another_run_are_refused_and_kept(tmp_path, monkeypatch):
     path = tmp_path / "r.nc"
     interrupted(path)
-    for changes in ({"seed": 2}, {"trials": 50}, {"schemes": ("omni",)}):
-        with pytest.raises(StoreError, match="belong to another run"):
+    others = {
+        "seed": {"seed": 2},
+        "trials": {"trials": 50},
+        "schemes": {"schemes": ("omni",)},
+        "scenarios": {"scenario": eb.load_scenario("paper-multi", {"radio.power": 2})},
+    }
+    for different, changes in others.items():
+        with pytest.raises(StoreError, match=rf"belong to another run \({different} differ\)"):
             record(recording(path, resume=True, **changes))
+    with monkeypatch.context() as patch:
+        patch.setattr("echobeam.store.recorded.__version__", "0.0.1")
+        with pytest.raises(StoreError, match=r"belong to another run \(version differ\)"):
+            record(recording(path, resume=True))
     with pytest.raises(StoreError, match="--resume, or --force"):
         record(recording(path))
     assert len(list(BlockFiles.beside(path).directory.glob("*.npz"))) == 2
     record(recording(path, force=True))
     assert path.exists()
+
+
+def test_what_killed_processes_left_is_cleared(tmp_path):
+    path = tmp_path / "r.nc"
+    interrupted(path)
+    leftovers = [tmp_path / ".r.nc.1.tmp", BlockFiles.beside(path).directory / ".000003.npz.1.tmp"]
+    others = [tmp_path / ".rr.nc.1.tmp", tmp_path / ".r.nc.blocks.1.txt"]
+    for leftover in (*leftovers, *others):
+        leftover.touch()
+    record(recording(path, resume=True))
+    assert sorted(tmp_path.iterdir()) == sorted([path, *others])
+
+
+def test_only_one_process_works_on_the_blocks(tmp_path):
+    path, tried = tmp_path / "r.nc", []
+
+    def progress(now, total):
+        for further in ({"resume": True}, {"force": True}, {}):
+            with pytest.raises(StoreError, match="another process is at work"):
+                record(recording(path, **further))
+            tried.append(further)
+
+    record(recording(path), progress)
+    assert tried
+
+
+def test_a_device_is_not_replaced():
+    with pytest.raises(StoreError, match="no file that could be replaced"):
+        record(recording(Path("/dev/null"), force=True))
 
 
 def test_a_damaged_block_is_computed_again(tmp_path):
@@ -132,48 +174,81 @@ def test_a_scheme_that_breaks_the_rules_leaves_nothing_behind(tmp_path):
     assert [path.name for path in tmp_path.iterdir() if path.name != "__pycache__"] == ["bad.py"]
 
 
-def test_a_disk_that_is_full_is_one_message_and_the_run_goes_on_later(tmp_path):
-    """A limit on file sizes stands in for the disk: the write fails in the same way."""
-    record(recording(tmp_path / "whole.nc"))
-    path = tmp_path / "r.nc"
+@contextmanager
+def files_of_at_most(size):
+    """Let writing fail beyond a size: it does so in the same way as on a full disk."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     previous = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:
-        with pytest.raises(RunError, match="go on with --resume"):
-            record(recording(path))
+        yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
         signal.signal(signal.SIGXFSZ, previous)
+
+
+@pytest.mark.parametrize(
+    ("size", "kept"), [(100_000, 0), (200_000, 4), (640_000, 4)], ids=["block", "begin", "end"]
+)
+def test_a_disk_that_is_full_is_one_message_and_the_run_goes_on_later(tmp_path, size, kept):
+    """While a block is written, or while they are joined: HDF5 must not hear of it."""
+    whole, path = tmp_path / "whole.nc", tmp_path / "r.nc"
+    record(recording(whole))
+    assert whole.stat().st_size > size
+    message = f"too large; {kept} of 4 blocks are kept .*; go on with --resume"
+    with files_of_at_most(size), pytest.raises(RunError, match=message):
+        record(recording(path))
     assert not path.exists()
     assert not list(tmp_path.rglob("*.tmp"))
     record(recording(path, resume=True))
-    same(tmp_path / "whole.nc", path)
+    same(whole, path)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A disk of its own, whose size can be changed."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+
+    def mount(*options):
+        return subprocess.run(["mount", *options, disk], capture_output=True).returncode == 0
+
+    if shutil.which("mount") is None or not mount("-t", "tmpfs", "-o", "size=64k", "tmpfs"):
+        pytest.skip("no disk can be mounted here")
+    yield disk, lambda size: mount("-o", f"remount,size={size}k")
+    subprocess.run(["umount", disk], check=True)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_a_killed_process_loses_nothing(tmp_path, jobs):
-    """Real processes, killed at random moments until they come through."""
-    assert (
-        subprocess.run([*COMMAND, *RUN, "--quiet", "--out", tmp_path / "whole.nc"]).returncode == 0
-    )
-    generator = np.random.default_rng(5)
-    path = tmp_path / "r.nc"
-    for attempt in range(12):
-        child = subprocess.Popen(
-            [*COMMAND, *RUN, "--quiet", "--out", path, "--jobs", jobs, "--resume"],
-            start_new_session=True,
+@pytest.mark.parametrize(
+    ("arguments", "sizes"),
+    [
+        pytest.param(["run", "paper-single"], [16, 400, 2300, 4000], id="run"),
+        pytest.param(["sweep", "paper-single", "--vary", "radio.power=1,2"], [16, 72], id="sweep"),
+    ],
+)
+def test_a_real_disk_that_is_full_is_one_message(tmp_path, small_disk, arguments, sizes):
+    """A real process on a real disk, from one too small for a block to one nearly large enough."""
+    disk, resize = small_disk
+    run = [*COMMAND, *arguments, "--scheme", "omni", "--trials", "300", "--quiet"]
+    environment = {**os.environ, "SOURCE_DATE_EPOCH": "1700000000"}
+    for size in sizes:
+        assert resize(size)
+        done = subprocess.run(
+            [*run, "--out", disk / "r.nc", "--resume"],
+            env=environment,
+            capture_output=True,
+            text=True,
         )
-        try:
-            child.wait(generator.uniform(0.8, 3.5) if attempt < 6 else 120)
-        except subprocess.TimeoutExpired:
-            os.killpg(child.pid, signal.SIGKILL)
-            child.wait()
-            continue
-        assert child.returncode == 0
-        break
-    same(tmp_path / "whole.nc", path)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert done.stderr.count("\n") == 1
+        assert "No space left on device" in done.stderr
+        assert [path.name for path in disk.iterdir() if path.is_file()] == []
+    assert resize(40_000)
+    for path, further in ((disk / "r.nc", ["--resume"]), (tmp_path / "whole.nc", [])):
+        done = subprocess.run([*run, "--out", path, *further], env=environment)
+        assert done.returncode == 0
+    assert (disk / "r.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
 
 
 @pytest.mark.slow

@@ -1,0 +1,193 @@
+"""Real processes, killed at random moments, resumed until they are done: the same bytes."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+BLOCK = 3
+"""Trials per block here: small, so that a short run has many and kills land between them."""
+
+COMMAND = (
+    sys.executable,
+    "-c",
+    f"import echobeam.simulation.blocks as blocks; blocks.MOST_TRIALS = {BLOCK}\n"
+    "from echobeam.cli.main import main; main()",
+)
+ENVIRONMENT = {**os.environ, "SOURCE_DATE_EPOCH": "1700000000"}  # results hold their date
+LIGHT = ("--scheme", "water-filling", "--scheme", "omni", "--trials", "45", "--quiet")
+RUN = ("run", "paper-single", *LIGHT)
+SWEEP = ("sweep", "paper-single", *LIGHT, "--vary", "radio.power=0.1,1", "--full")
+REPRODUCE = ("reproduce", "approx", "t4", "--trials", "4", "--quiet")
+
+
+def start(arguments):
+    return subprocess.Popen(
+        [*COMMAND, *map(str, arguments)],
+        env=ENVIRONMENT,
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def finish(arguments):
+    """Let a command come through; return how long it took."""
+    begun = time.monotonic()
+    process = start(arguments)
+    out, err = process.communicate(timeout=300)
+    assert (process.returncode, out) == (0, ""), err
+    return time.monotonic() - begun
+
+
+def contents(directory):
+    """Return every file below a directory but the blocks that `reproduce` keeps."""
+    files = (path for path in directory.rglob("*") if path.is_file())
+    return {
+        str(path.relative_to(directory)): path.read_bytes()
+        for path in files
+        if "blocks" not in path.relative_to(directory).parts
+    }
+
+
+@dataclass
+class Tally:
+    """What the kills met: how many hit a living process, and how many of these between blocks."""
+
+    kills: int = 0
+    between: int = 0
+
+
+def kill_and_resume(arguments, place, kills, life, generator, tally):
+    """Kill a command at random moments of its life; then let it come through."""
+    for _ in range(kills):
+        process = start([*arguments, "--resume"])
+        try:
+            process.wait(generator.uniform(0, life))
+        except subprocess.TimeoutExpired:
+            os.kill(process.pid, signal.SIGKILL)  # alone: workers must end by themselves
+            tally.kills += 1
+            tally.between += any(path.suffix == ".npz" for path in place.rglob("*"))
+        process.communicate()
+    finish([*arguments, "--resume"])
+
+
+@pytest.mark.slow
+def test_fifty_runs_killed_at_random_come_to_the_same_bytes(tmp_path):
+    whole = tmp_path / "whole"
+    whole.mkdir()
+    life = finish([*RUN, "--out", whole / "r.nc"])
+    generator, tally = np.random.default_rng(50), Tally()
+    for number in range(50):
+        place = tmp_path / str(number)
+        place.mkdir()
+        kills = 3 if number % 5 == 0 else 1
+        kill_and_resume([*RUN, "--out", place / "r.nc"], place, kills, life, generator, tally)
+        assert contents(place) == contents(whole), number
+    assert tally.kills >= 50
+    assert tally.between >= 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("command", "out", "kills"),
+    [
+        pytest.param((*RUN, "--jobs", "2"), "r.nc", 6, id="run with two processes"),
+        pytest.param(SWEEP, "s.nc", 8, id="sweep"),
+        pytest.param((*SWEEP, "--csv", "s.csv", "--jobs", "2"), "s.nc", 4, id="sweep with two"),
+        pytest.param(REPRODUCE, "r", 4, id="reproduce"),
+    ],
+)
+def test_other_commands_killed_at_random_come_to_the_same_bytes(
+    tmp_path, monkeypatch, command, out, kills
+):
+    generator, tally, lives = np.random.default_rng(51), Tally(), []
+    if command is REPRODUCE:  # what is compiled once and kept is not part of a process's life
+        finish(["run", "paper-single", "--scheme", "temporal", "--trials", 1, "--quiet",
+                "--out", tmp_path / "first.nc"])  # fmt: skip
+    places = [tmp_path / "whole", tmp_path / "killed"]
+    for place in places:
+        place.mkdir()
+        monkeypatch.chdir(place)
+        arguments = [*command, "--out", out]
+        if lives:
+            kill_and_resume(arguments, place, kills, lives[0], generator, tally)
+        else:
+            lives.append(finish(arguments))
+    assert contents(places[0]) == contents(places[1])
+    assert tally.kills >= kills / 2
+
+
+def children_of(pid):
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def gone(pid):
+    with suppress(FileNotFoundError, ProcessLookupError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    return True
+
+
+def wait_for(condition, seconds=20.0):
+    """Wait until a condition holds; return what it gave."""
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return found
+
+
+LONG = ("run", "paper-long", "--scheme", "water-filling", "--trials", "3000", "--quiet")
+
+
+def started(place):
+    """Start a long run with two processes; return it when both are at work."""
+    run = start([*LONG, "--jobs", "2", "--out", place / "r.nc"])
+    blocks = place / "r.nc.blocks"
+    wait_for(lambda: run.poll() is None and len(list(blocks.glob("*.npz"))) > 2)
+    return run
+
+
+@pytest.mark.slow
+def test_workers_end_with_the_process_that_they_work_for(tmp_path):
+    run = started(tmp_path)
+    children = children_of(run.pid)
+    assert len(children) >= 2
+    os.kill(run.pid, signal.SIGKILL)
+    run.communicate()
+    wait_for(lambda: all(gone(child) for child in children))
+
+
+@pytest.mark.slow
+def test_an_interruption_is_one_message_and_ends_every_process(tmp_path):
+    """Ctrl-C reaches the whole group of processes at once."""
+    run = started(tmp_path)
+    children = children_of(run.pid)
+    os.killpg(run.pid, signal.SIGINT)
+    out, err = run.communicate(timeout=20)
+    assert (run.returncode, out) == (1, "")
+    assert err.count("\n") == 1
+    assert err.startswith("echobeam: interrupted; ")
+    assert "go on with --resume" in err
+    wait_for(lambda: all(gone(child) for child in children))
+
+
+@pytest.mark.slow
+def test_two_processes_do_not_work_on_the_same_result(tmp_path):
+    run = started(tmp_path)
+    for further in ("--resume", "--force"):
+        second = start([*LONG, "--out", tmp_path / "r.nc", further])
+        out, err = second.communicate(timeout=60)
+        assert (second.returncode, out) == (2, "")
+        assert "another process is at work" in err
+    assert run.poll() is None
+    os.kill(run.pid, signal.SIGKILL)
+    run.communicate()
