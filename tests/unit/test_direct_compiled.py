@@ -114,15 +114,15 @@ def test_real_coordinates_are_those_of_the_reduction(n_tx: int) -> None:
 
 
 @pytest.mark.parametrize(("count", "length"), [(3, 8), (8, 8), (9, 5)])
-def test_householder_columns_are_orthonormal_and_span_the_rows(count: int, length: int) -> None:
+def test_householder_directions_are_orthonormal_and_span_the_rows(count: int, length: int) -> None:
     from echobeam.beamforming.direct.compiled import linear
 
     rows = np.random.default_rng(count).standard_normal((count, length))
     rows[1] = 2.0 * rows[0]  # Dependent rows leave arbitrary directions.
     basis = linear.orthonormal.py_func(rows.copy())
     size = min(count, length)
-    np.testing.assert_allclose(basis.T @ basis, np.eye(size), atol=1e-13)
-    np.testing.assert_allclose(basis @ (basis.T @ rows[:size].T), rows[:size].T, atol=1e-12)
+    np.testing.assert_allclose(basis @ basis.T, np.eye(size), atol=1e-13)
+    np.testing.assert_allclose((rows[:size] @ basis.T) @ basis, rows[:size], atol=1e-12)
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.beamforming.direct.beams import EXTRA_NODES, WIDE
-from echobeam.beamforming.direct.compiled.arrays import fill
 from echobeam.beamforming.direct.compiled.decorate import compiled
 from echobeam.beamforming.direct.compiled.linear import orthonormal
 from echobeam.beamforming.direct.compiled.steering import fill_steering
@@ -24,7 +23,7 @@ def node_count(low: Array, high: Array, n_tx: int) -> int:
 
 @compiled
 def beam_basis(beam: int, own: Array, low: float, high: float, nodes: int, n_tx: int) -> Array:
-    """Return the orthonormal basis ``(N, r)`` of one beam, `beams.beam_set`."""
+    """Return the orthonormal basis ``(r, N)`` of one beam, `beams.beam_set`."""
     n_objects = own.size
     vectors = np.empty((n_objects + nodes + 1, n_tx))
     fill_steering(own[beam], vectors[0])
@@ -43,7 +42,7 @@ def beam_basis(beam: int, own: Array, low: float, high: float, nodes: int, n_tx:
     basis = orthonormal(vectors)
     if vectors[0, 0] < 0.0:
         for antenna in range(n_tx):
-            basis[antenna, 0] = -basis[antenna, 0]
+            basis[0, antenna] = -basis[0, antenna]
     return basis
 
 
@@ -61,16 +60,19 @@ def first_points(reach: int, centre: int, count: int, points: IntArray) -> None:
 
 
 @compiled
-def reduce(basis: Array, phase: float, row: Array) -> float:
-    """Fill ``(r - 1,)`` with a reduced steering vector's coordinates; return its offset."""
-    n_tx = basis.shape[0]
+def reduce(basis: Array, phase: float, rows: Array, row: int) -> float:
+    """Fill one row of ``(r - 1, R)`` with a reduced steering vector; return its offset."""
+    size, n_tx = basis.shape
     vector = np.empty(n_tx)
     fill_steering(phase, vector)
     offset = 0.0
-    fill(row, 0.0)
-    for antenna in range(n_tx):
-        value = vector[antenna]
-        offset += value * basis[antenna, 0]
-        for place in range(row.size):
-            row[place] += value * basis[antenna, 1 + place]
+    for direction in range(size):
+        line = basis[direction]
+        total = 0.0
+        for antenna in range(n_tx):
+            total += vector[antenna] * line[antenna]
+        if direction == 0:
+            offset = total
+        else:
+            rows[direction - 1, row] = total
     return offset

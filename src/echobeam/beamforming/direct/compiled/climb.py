@@ -17,7 +17,7 @@ from echobeam.beamforming.direct.climb import (
     WIDE_NODES,
 )
 from echobeam.beamforming.direct.compiled import powers as uplink
-from echobeam.beamforming.direct.compiled.arrays import scaled_identity
+from echobeam.beamforming.direct.compiled.arrays import copy_into, scaled_identity
 from echobeam.beamforming.direct.compiled.beams import beam_basis, first_points, node_count, reduce
 from echobeam.beamforming.direct.compiled.decorate import compiled
 from echobeam.beamforming.direct.compiled.grid import impose, patch, relative_excess
@@ -63,13 +63,13 @@ class Shapes(NamedTuple):
     Attributes
     ----------
     basis
-        ``(K, N, r)``.
+        ``(K, r, N)``.
     turns
         ``(K, 2, G)``: cosines and sines of the phases.
     points
         ``(K, m)``: grid points imposed.
     rows, offset, response
-        ``(K, R, n)``, ``(K, R)``, ``(K, R, 2)``.
+        ``(K, n, R)``, ``(K, R)``, ``(K, 2, R)``.
     z
         ``(K, 2 n)``: real parts, then imaginary ones.
     low, high
@@ -133,12 +133,12 @@ def set_out(covers: Covers, n_tx: int, chirp: float, warm: ComplexArray) -> Shap
     m, n = count + spare, min(n_tx, n_objects + nodes + 1) - 1
     heard = n_objects - 1
     shapes = Shapes(
-        basis=np.empty((n_objects, n_tx, n + 1)),
+        basis=np.empty((n_objects, n + 1, n_tx)),
         turns=np.empty((n_objects, 2, size)),
         points=np.empty((n_objects, m), dtype=np.int64),
-        rows=np.empty((n_objects, m + heard, n)),
+        rows=np.empty((n_objects, n, m + heard)),
         offset=np.empty((n_objects, m + heard)),
-        response=np.empty((n_objects, m + heard, 2)),
+        response=np.empty((n_objects, 2, m + heard)),
         z=np.empty((n_objects, 2 * n)),
         low=np.empty((n_objects, m)),
         high=np.empty((n_objects, m)),
@@ -152,7 +152,8 @@ def set_out(covers: Covers, n_tx: int, chirp: float, warm: ComplexArray) -> Shap
     for beam in range(n_objects):
         low, high = low_phase[beam], high_phase[beam]
         basis = beam_basis(beam, own, low, high, nodes, n_tx)
-        shapes.basis[beam] = basis
+        for direction in range(n + 1):
+            copy_into(shapes.basis[beam, direction], basis[direction])
         for point in range(size):
             shapes.turns[beam, 0, point] = np.cos(covers.phases[beam, point])
             shapes.turns[beam, 1, point] = np.sin(covers.phases[beam, point])
@@ -160,11 +161,11 @@ def set_out(covers: Covers, n_tx: int, chirp: float, warm: ComplexArray) -> Shap
         rows, offset = shapes.rows[beam], shapes.offset[beam]
         for place in range(m):
             imposed[place] = covers.phases[beam, shapes.points[beam, place]]
-            offset[place] = reduce(basis, imposed[place], rows[place])
+            offset[place] = reduce(basis, imposed[place], rows, place)
         place = m
         for other in range(n_objects):
             if other != beam:
-                offset[place] = reduce(basis, own[other], rows[place])
+                offset[place] = reduce(basis, own[other], rows, place)
                 place += 1
         scalars, z = shapes.scalars[beam], shapes.z[beam]
         scalars[TARGET] = max(covers.ripple[beam], 1e-12)
@@ -187,8 +188,8 @@ def listen(shapes: Shapes, power: Array, leak: Array) -> None:
         row = m
         for other in range(n_objects):
             if other != beam:
-                response = shapes.response[beam, row]
-                leak[beam, other] = response[0] ** 2 + response[1] ** 2
+                response = shapes.response[beam]
+                leak[beam, other] = response[0, row] ** 2 + response[1, row] ** 2
                 row += 1
 
 
@@ -353,18 +354,20 @@ def harvest(
 @compiled
 def globally_best(shapes: Shapes, powers: Powers) -> bool:
     """Tell whether the multipliers prove every shape optimal for its prices."""
-    n_objects, n = shapes.low.shape[0], shapes.rows.shape[2]
+    n_objects, n = shapes.low.shape[0], shapes.rows.shape[1]
     weight, inverse = np.empty(n_objects - 1), np.empty(n)
     for beam in range(n_objects):
         _prices(powers.level, beam, weight)
         ripple = shapes.scalars[beam, RIPPLE]
         bend, spread = bends(shapes.low[beam], shapes.high[beam], weight, ripple)
-        form = scaled_identity(n, 0.0)
-        for row in range(bend.size):
-            for first in range(n):
-                value = bend[row] * shapes.rows[beam, row, first]
-                for second in range(first, n):
-                    form[first, second] += value * shapes.rows[beam, row, second]
+        form = np.empty((n, n))
+        rows = shapes.rows[beam]
+        for first in range(n):
+            for second in range(first + 1):
+                total = 0.0
+                for row in range(bend.size):
+                    total += bend[row] * rows[first, row] * rows[second, row]
+                form[first, second] = total
         largest = 0.0
         for place in range(n):
             form[place, place] += spread

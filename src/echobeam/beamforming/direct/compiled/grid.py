@@ -158,7 +158,7 @@ def _refresh(
     m = low.size
     for place in range(m):
         if new[place]:
-            offset[place] = reduce(basis, phases[points[place]], rows[place])
+            offset[place] = reduce(basis, phases[points[place]], rows, place)
     respond_from(rows, offset, z, response)
     power = power_of(z)
     below, above = np.empty(m), np.empty(m)

@@ -4,66 +4,77 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.direct.compiled.arrays import copied, scaled_identity
+from echobeam.beamforming.direct.compiled.arrays import copied, fill, scaled_identity
 from echobeam.beamforming.direct.compiled.decorate import compiled
 from echobeam.beamforming.direct.symmetric import GROWTH, LEAST_PIVOT, LEAST_SHIFT, MOST_TRIES
 from echobeam.values import Array
 
 
 @compiled
-def factor(upper: Array, inverse: Array) -> bool:
+def factor(matrix: Array, inverse: Array) -> bool:
     """Factor a symmetric matrix in place, see `symmetric.factor`; tell whether it is definite.
+
+    Products of contiguous rows are what vector instructions are good at, hence the lower triangle.
 
     Parameters
     ----------
-    upper
-        ``(n, n)``: its upper triangle is replaced by the factor.
+    matrix
+        ``(n, n)``: its lower triangle, but for the diagonal, is replaced by the unit factor.
     inverse
         ``(n,)``: filled with the inverse pivots.
     """
     size = inverse.size
+    scaled = np.empty(size)
     for row in range(size):
-        pivot = upper[row, row]
+        line = matrix[row]
+        for column in range(row):
+            other = matrix[column]
+            value = line[column]
+            for place in range(column):
+                value -= scaled[place] * other[place]
+            scaled[column] = value
+        pivot = line[row]
+        for place in range(row):
+            line[place] = scaled[place] * inverse[place]
+            pivot -= scaled[place] * line[place]
         if not pivot > LEAST_PIVOT:
             return False
         inverse[row] = 1.0 / pivot
-        for below in range(row + 1, size):
-            weight = upper[row, below] * inverse[row]
-            for column in range(below, size):
-                upper[below, column] -= weight * upper[row, column]
     return True
 
 
 @compiled
-def solve(upper: Array, inverse: Array, right: Array) -> None:
+def solve(lower: Array, inverse: Array, right: Array) -> None:
     """Replace a right side ``(n,)`` by the solution of a factored system."""
     size = inverse.size
     for row in range(size):
-        value = right[row] * inverse[row]
-        for column in range(row + 1, size):
-            right[column] -= upper[row, column] * value
+        line = lower[row]
+        value = right[row]
+        for place in range(row):
+            value -= line[place] * right[place]
+        right[row] = value
     for row in range(size):
         right[row] *= inverse[row]
-    for row in range(size - 2, -1, -1):
-        total = 0.0
-        for column in range(row + 1, size):
-            total += upper[row, column] * right[column]
-        right[row] -= total * inverse[row]
+    for row in range(size - 1, 0, -1):
+        line = lower[row]
+        value = right[row]
+        for place in range(row):
+            right[place] -= line[place] * value
 
 
 @compiled
 def factor_shifted(matrix: Array, inverse: Array, shift: float) -> tuple[Array, float]:
     """Factor a matrix plus a multiple of the identity, raised until it is positive definite."""
     size = inverse.size
-    upper = copied(matrix)
+    lower = copied(matrix)
     for _ in range(MOST_TRIES):
         for row in range(size):
-            upper[row, row] += shift
-        if factor(upper, inverse):
+            lower[row, row] += shift
+        if factor(lower, inverse):
             break
         shift = max(GROWTH * shift, LEAST_SHIFT)
-        upper = copied(matrix)
-    return upper, shift
+        lower = copied(matrix)
+    return lower, shift
 
 
 @compiled
@@ -119,11 +130,11 @@ def eliminate(matrix: Array, right: Array) -> None:
 
 @compiled
 def orthonormal(vectors: Array) -> Array:
-    """Return ``(N, r)`` orthonormal columns, r = min(J, N), by Householder reflections.
+    """Return ``(r, N)`` orthonormal rows, r = min(J, N), by Householder reflections.
 
     The first ones span the first rows of ``vectors``, ``(J, N)``; rows that depend on those before
-    leave arbitrary directions. The rows are used up; [0, 0] is left with the first row's product
-    with the first column.
+    leave arbitrary directions. The vectors are used up; [0, 0] is left with the product of the
+    first vector and the first row returned.
     """
     count, length = vectors.shape
     size = min(count, length)
@@ -143,13 +154,12 @@ def orthonormal(vectors: Array) -> Array:
         weights[row] = 2.0 / total if total > 0.0 else 0.0
         for other in range(row + 1, count):
             _reflect(vectors[row], weights[row], row, vectors[other])
-    columns = scaled_identity(length, 1.0)
-    basis = np.empty((length, size))
-    for column in range(size):
-        for row in range(column, -1, -1):
-            _reflect(vectors[row], weights[row], row, columns[column])
-        for place in range(length):
-            basis[place, column] = columns[column, place]
+    basis = np.empty((size, length))
+    for direction in range(size):
+        fill(basis[direction], 0.0)
+        basis[direction, direction] = 1.0
+        for row in range(direction, -1, -1):
+            _reflect(vectors[row], weights[row], row, basis[direction])
     vectors[0, 0] = head
     return basis
 

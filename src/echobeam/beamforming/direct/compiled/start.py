@@ -47,7 +47,7 @@ def start_shape(
     Parameters
     ----------
     rows, offset
-        ``(R, n)``, ``(R,)``.
+        ``(n, R)``, ``(R,)``.
     imposed
         ``(m,)`` rad: phases of the points imposed.
     cover
@@ -85,23 +85,26 @@ def _chirped(
     z: Array,
 ) -> None:
     own, low, high = cover
-    size = rows.shape[1]
+    size, m = rows.shape[0], imposed.size
     middle = 0.5 * (low + high)
     width = max(high - low, LEAST_WIDTH * 2.0 * np.pi / n_tx)
     bow = 0.5 * chirp * n_tx / width
-    normal = scaled_identity(size, 0.0)
-    fill(z, 0.0)
-    for row in range(imposed.size):
+    real, imaginary = np.empty(m), np.empty(m)
+    for row in range(m):
         angle = bow * ((imposed[row] - middle) ** 2 - (own - middle) ** 2)
-        real, imaginary = np.cos(angle) - offset[row], np.sin(angle)
-        for first in range(size):
-            value = rows[row, first]
-            z[first] += value * real
-            z[size + first] += value * imaginary
-            for second in range(first, size):
-                normal[first, second] += value * rows[row, second]
-    for place in range(size):
-        normal[place, place] += RIDGE
+        real[row], imaginary[row] = np.cos(angle) - offset[row], np.sin(angle)
+    normal = scaled_identity(size, RIDGE)
+    for first in range(size):
+        line, along, across = rows[first], 0.0, 0.0
+        for row in range(m):
+            along += line[row] * real[row]
+            across += line[row] * imaginary[row]
+        z[first], z[size + first] = along, across
+        for second in range(first + 1):
+            total = 0.0
+            for row in range(m):
+                total += line[row] * rows[second, row]
+            normal[first, second] += total
     inverse = np.empty(size)
     factor(normal, inverse)
     solve(normal, inverse, z[:size])
@@ -113,18 +116,18 @@ def keep_warm(
     rows: Array, offset: Array, m: int, basis: Array, warm: ComplexArray, scalars: Array, z: Array
 ) -> None:
     """Start from a beam given, where it is not much worse than what there is."""
-    n_tx, size = basis.shape[0], basis.shape[1] - 1
+    size, n_tx = basis.shape[0] - 1, basis.shape[1]
     coordinates = np.empty(n_tx, dtype=np.complex128)
     from_antennas(warm, coordinates)
     own = 0.0j
     for antenna in range(n_tx):
-        own += basis[antenna, 0] * coordinates[antenna]
+        own += basis[0, antenna] * coordinates[antenna]
     given = np.empty(2 * size)
     total = abs(own) ** 2
     for place in range(size):
         value = 0.0j
         for antenna in range(n_tx):
-            value += basis[antenna, 1 + place] * coordinates[antenna]
+            value += basis[1 + place, antenna] * coordinates[antenna]
         given[place], given[size + place] = value.real, value.imag
         total += abs(value) ** 2
     if not (total < np.inf and abs(own) > 1e-3 * np.sqrt(total)):
@@ -141,14 +144,11 @@ def keep_warm(
 @compiled
 def _cost(rows: Array, offset: Array, m: int, z: Array, target: float) -> float:
     """Return the power of coordinates, with a penalty for ripple beyond what is allowed."""
-    size = rows.shape[1]
+    response = np.empty((2, offset.size))
+    respond_from(rows, offset, z, response)
     excess = 0.0
     for row in range(m):
-        real, imaginary = offset[row], 0.0
-        for place in range(size):
-            real += rows[row, place] * z[place]
-            imaginary += rows[row, place] * z[size + place]
-        excess = max(excess, abs(real * real + imaginary * imaginary - 1.0))
+        excess = max(excess, abs(response[0, row] ** 2 + response[1, row] ** 2 - 1.0))
     power = power_of(z)
     return power + 10.0 * max(excess / target - power, 0.0)
 
@@ -168,7 +168,7 @@ def make_feasible(
     power = power_of(z)
     excess = 0.0
     for row in range(low.size):
-        size = response[row, 0] ** 2 + response[row, 1] ** 2
+        size = response[0, row] ** 2 + response[1, row] ** 2
         excess = max(excess, abs(size - 1.0))
     target = scalars[TARGET]
     scalars[RIPPLE] = max(target, excess / power + SAFE * target)

@@ -61,12 +61,16 @@ def from_antennas(weights: ComplexArray, coordinates: ComplexArray) -> None:
 @compiled
 def lift(basis: Array, z: Array, weights: ComplexArray) -> None:
     """Fill ``(N,)`` antenna weights of unit own response from z, see `BeamSet.lift`."""
-    n_tx, size = basis.shape[0], basis.shape[1] - 1
+    size, n_tx = basis.shape[0] - 1, basis.shape[1]
+    real, imaginary = np.empty(n_tx), np.empty(n_tx)
+    for antenna in range(n_tx):
+        real[antenna], imaginary[antenna] = basis[0, antenna], 0.0
+    for place in range(size):
+        line, right, up = basis[1 + place], z[place], z[size + place]
+        for antenna in range(n_tx):
+            real[antenna] += line[antenna] * right
+            imaginary[antenna] += line[antenna] * up
     coordinates = np.empty(n_tx, dtype=np.complex128)
     for antenna in range(n_tx):
-        real, imaginary = basis[antenna, 0], 0.0
-        for place in range(size):
-            real += basis[antenna, 1 + place] * z[place]
-            imaginary += basis[antenna, 1 + place] * z[size + place]
-        coordinates[antenna] = complex(real, imaginary)
+        coordinates[antenna] = complex(real[antenna], imaginary[antenna])
     to_antennas(coordinates, weights)

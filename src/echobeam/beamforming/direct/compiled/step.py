@@ -25,7 +25,7 @@ from echobeam.beamforming.direct.barrier import (
     TO_BOUNDARY,
     TRUSTED_DUAL,
 )
-from echobeam.beamforming.direct.compiled.arrays import copy_into, scaled_identity, zeros
+from echobeam.beamforming.direct.compiled.arrays import copy_into, fill, zeros
 from echobeam.beamforming.direct.compiled.decorate import compiled
 from echobeam.beamforming.direct.compiled.linear import factor_shifted, solve
 from echobeam.beamforming.direct.symmetric import LEAST_SHIFT
@@ -45,23 +45,23 @@ def power_of(z: Array) -> float:
 
 @compiled
 def respond(rows: Array, z: Array, response: Array) -> None:
-    """Fill ``(R, 2)`` with a^T z."""
-    size = rows.shape[1]
-    for row in range(rows.shape[0]):
-        real, imaginary = 0.0, 0.0
+    """Fill ``(2, R)`` with a^T z."""
+    size, count = rows.shape
+    for part in range(2):
+        heard = response[part]
+        fill(heard, 0.0)
         for place in range(size):
-            real += rows[row, place] * z[place]
-            imaginary += rows[row, place] * z[size + place]
-        response[row, 0] = real
-        response[row, 1] = imaginary
+            line, value = rows[place], z[part * size + place]
+            for row in range(count):
+                heard[row] += line[row] * value
 
 
 @compiled
 def respond_from(rows: Array, offset: Array, z: Array, response: Array) -> None:
-    """Fill ``(R, 2)`` with the responses a_0 + a^T z."""
+    """Fill ``(2, R)`` with the responses a_0 + a^T z."""
     respond(rows, z, response)
-    for row in range(rows.shape[0]):
-        response[row, 0] += offset[row]
+    for row in range(offset.size):
+        response[0, row] += offset[row]
 
 
 @compiled
@@ -69,7 +69,7 @@ def slacks(response: Array, allowed: float, below: Array, above: Array) -> float
     """Fill what is left of (38f) below and above, ``(m,)`` each; return the least."""
     least = np.inf
     for row in range(below.size):
-        excess = response[row, 0] ** 2 + response[row, 1] ** 2 - 1.0
+        excess = response[0, row] ** 2 + response[1, row] ** 2 - 1.0
         below[row] = allowed + excess
         above[row] = allowed - excess
         least = min(least, below[row], above[row])
@@ -78,16 +78,18 @@ def slacks(response: Array, allowed: float, below: Array, above: Array) -> float
 
 @compiled
 def _pull(rows: Array, response: Array, slope: Array, spread: float, z: Array) -> Array:
-    size = rows.shape[1]
+    size, count = rows.shape
     pull = np.empty(2 * size)
-    for place in range(2 * size):
-        pull[place] = 2.0 * spread * z[place]
-    for row in range(rows.shape[0]):
-        real = 2.0 * slope[row] * response[row, 0]
-        imaginary = 2.0 * slope[row] * response[row, 1]
+    force = np.empty(count)
+    for part in range(2):
+        for row in range(count):
+            force[row] = slope[row] * response[part, row]
         for place in range(size):
-            pull[place] += real * rows[row, place]
-            pull[size + place] += imaginary * rows[row, place]
+            line = rows[place]
+            total = spread * z[part * size + place]
+            for row in range(count):
+                total += force[row] * line[row]
+            pull[part * size + place] = 2.0 * total
     return pull
 
 
@@ -131,37 +133,64 @@ def _matrix(
     stiff_low: Array,
     stiff_high: Array,
 ) -> Array:
-    """Return the condensed Newton matrix ``(2 n, 2 n)``; the upper triangle counts."""
-    size, m = rows.shape[1], stiff_low.size
-    matrix = scaled_identity(2 * size, 0.0)
-    side = zeros(2 * size)
+    """Return the condensed Newton matrix ``(2 n, 2 n)``; the lower triangle counts."""
+    size, count = rows.shape
+    m = stiff_low.size
+    weights = np.empty((3, count))
+    force = np.empty((2, m))
     total = 0.0
-    for row in range(rows.shape[0]):
-        real, mixed, imaginary = 2.0 * bend[row], 0.0, 2.0 * bend[row]
-        if row < m:
-            u, v = response[row, 0], response[row, 1]
-            stiff = 4.0 * (stiff_low[row] + stiff_high[row])
-            total += stiff_low[row] + stiff_high[row]
-            real += stiff * u * u
-            mixed = stiff * u * v
-            imaginary += stiff * v * v
-            force = stiff_low[row] - stiff_high[row]
-            for place in range(size):
-                side[place] += force * u * rows[row, place]
-                side[size + place] += force * v * rows[row, place]
-        for first in range(size):
-            value = rows[row, first]
-            for second in range(first, size):
-                matrix[first, second] += real * value * rows[row, second]
-                matrix[size + first, size + second] += imaginary * value * rows[row, second]
-            for second in range(size):
-                matrix[first, size + second] += mixed * value * rows[row, second]
-    for place in range(2 * size):
-        matrix[place, place] += 2.0 * spread
-        side[place] = 4.0 * ripple * (side[place] + 0.5 * ripple * total * z[place])
+    for row in range(count):
+        weights[0, row], weights[1, row], weights[2, row] = 2.0 * bend[row], 0.0, 2.0 * bend[row]
+    for row in range(m):
+        u, v = response[0, row], response[1, row]
+        stiff = 4.0 * (stiff_low[row] + stiff_high[row])
+        total += stiff_low[row] + stiff_high[row]
+        weights[0, row] += stiff * u * u
+        weights[1, row] = stiff * u * v
+        weights[2, row] += stiff * v * v
+        force[0, row] = (stiff_low[row] - stiff_high[row]) * u
+        force[1, row] = (stiff_low[row] - stiff_high[row]) * v
+    matrix = _blocks(rows, weights)
+    side = np.empty(2 * size)
+    for part in range(2):
+        for place in range(size):
+            line, value = rows[place], 0.0
+            for row in range(m):
+                value += force[part, row] * line[row]
+            where = part * size + place
+            side[where] = 4.0 * ripple * (value + 0.5 * ripple * total * z[where])
     for first in range(2 * size):
-        for second in range(first, 2 * size):
+        matrix[first, first] += 2.0 * spread
+        for second in range(first + 1):
             matrix[first, second] += z[first] * side[second] + side[first] * z[second]
+    return matrix
+
+
+@compiled
+def _blocks(rows: Array, weights: Array) -> Array:
+    """Return sum_r weights_r a_r a_r^T for three weights, in the blocks of ``(2 n, 2 n)``."""
+    size, count = rows.shape
+    matrix = np.empty((2 * size, 2 * size))
+    real, mixed, imaginary = np.empty(count), np.empty(count), np.empty(count)
+    for first in range(size):
+        line = rows[first]
+        for row in range(count):
+            value = line[row]
+            real[row] = weights[0, row] * value
+            mixed[row] = weights[1, row] * value
+            imaginary[row] = weights[2, row] * value
+        for second in range(first + 1):
+            other = rows[second]
+            along, across, up = 0.0, 0.0, 0.0
+            for row in range(count):
+                value = other[row]
+                along += real[row] * value
+                across += mixed[row] * value
+                up += imaginary[row] * value
+            matrix[first, second] = along
+            matrix[size + first, size + second] = up
+            matrix[size + first, second] = across
+            matrix[size + second, first] = across
     return matrix
 
 
@@ -172,7 +201,7 @@ def _merit(
     m = below.size
     merit = power_of(z)
     for row in range(weight.size):
-        merit += weight[row] * (response[m + row, 0] ** 2 + response[m + row, 1] ** 2)
+        merit += weight[row] * (response[0, m + row] ** 2 + response[1, m + row] ** 2)
     logarithms = 0.0
     for row in range(m):
         logarithms += np.log(below[row] * above[row])
@@ -188,7 +217,7 @@ def step(
     Parameters
     ----------
     rows, z, response
-        ``(R, n)``, ``(2 n,)``, ``(R, 2)``.
+        ``(n, R)``, ``(2 n,)``, ``(2, R)``.
     low, high
         ``(m,)``: multipliers.
     weight
@@ -221,22 +250,22 @@ def step(
     copy_into(right, ahead)
     inverse = np.empty(flat)
     matrix = _matrix(rows, response, z, bend, spread, ripple, stiff_low, stiff_high)
-    upper, scalars[SHIFT] = factor_shifted(matrix, inverse, scalars[SHIFT])
+    lower, scalars[SHIFT] = factor_shifted(matrix, inverse, scalars[SHIFT])
     inclination = 0.0
-    solve(upper, inverse, ahead)
+    solve(lower, inverse, ahead)
     for place in range(flat):
         ahead[place] = -ahead[place]
         inclination += right[place] * ahead[place]
-    moved = np.empty((rows.shape[0], 2))
+    moved = np.empty((2, rows.shape[1]))
     respond(rows, ahead, moved)
     bent = _correction(rows, response, z, ahead, moved, ripple, stiff_low, stiff_high)
-    solve(upper, inverse, bent)
+    solve(lower, inverse, bent)
     size = power_of(ahead) - 1.0
     aside = power_of(bent) - 1.0
     factor = -min(1.0, np.sqrt(size / max(aside, 1e-300)))
     for place in range(flat):
         bent[place] *= factor
-    bowed = np.empty((rows.shape[0], 2))
+    bowed = np.empty((2, rows.shape[1]))
     respond(rows, bent, bowed)
     _move_multipliers(response, moved, z, ahead, low, high, below, above, mu, ripple, lost)
     length = _search(
@@ -244,9 +273,9 @@ def step(
     )
     for place in range(flat):
         z[place] += length * (ahead[place] + length * bent[place])
-    for row in range(rows.shape[0]):
+    for row in range(rows.shape[1]):
         for part in range(2):
-            response[row, part] += length * (moved[row, part] + length * bowed[row, part])
+            response[part, row] += length * (moved[part, row] + length * bowed[part, row])
     _after(scalars, length)
     _trust_multipliers(response, z, low, high, scalars)
 
@@ -264,10 +293,10 @@ def _correction(
 ) -> Array:
     """Return the pull of the constraints' curvature along a direction."""
     widen = ripple * (power_of(ahead) - 1.0)
-    slope = zeros(rows.shape[0])
+    slope = zeros(rows.shape[1])
     spread = 0.0
     for row in range(stiff_low.size):
-        lift = moved[row, 0] ** 2 + moved[row, 1] ** 2
+        lift = moved[0, row] ** 2 + moved[1, row] ** 2
         curve_low = stiff_low[row] * (widen + lift)
         curve_high = stiff_high[row] * (widen - lift)
         slope[row] = curve_low - curve_high
@@ -294,15 +323,15 @@ def _search(
     ripple, target = scalars[RIPPLE], scalars[TARGET]
     base = _merit(z, response, below, above, weight, mu)
     low, high = np.empty(m), np.empty(m)
-    at, heard = np.empty(z.size), np.empty((response.shape[0], 2))
+    at, heard = np.empty(z.size), np.empty((2, response.shape[1]))
     length = 1.0
     for _ in range(MOST_BACKTRACKS):
         for place in range(z.size):
             at[place] = z[place] + length * (ahead[place] + length * bent[place])
-        for row in range(response.shape[0]):
+        for row in range(response.shape[1]):
             for part in range(2):
-                arc = moved[row, part] + length * bowed[row, part]
-                heard[row, part] = response[row, part] + length * arc
+                arc = moved[part, row] + length * bowed[part, row]
+                heard[part, row] = response[part, row] + length * arc
         least = slacks(heard, _narrowed(ripple, target, length) * power_of(at), low, high)
         inside = least > 0.0
         for row in range(m):
@@ -344,7 +373,7 @@ def _move_multipliers(
     change_low, change_high = np.empty(m), np.empty(m)
     reach = 1.0
     for row in range(m):
-        rise = 2.0 * (response[row, 0] * moved[row, 0] + response[row, 1] * moved[row, 1])
+        rise = 2.0 * (response[0, row] * moved[0, row] + response[1, row] * moved[1, row])
         change_low[row] = (mu - low[row] * (widen + rise)) / below[row] - low[row]
         change_high[row] = (mu - high[row] * (widen - rise)) / above[row] - high[row]
         if change_low[row] < 0.0:
