@@ -26,7 +26,7 @@ from echobeam.values import Array, IntArray
 LAST_BARRIER = 1e-9
 """Barrier parameter at which the iteration ends; costs about this much per active constraint."""
 
-CENTRED = 10.0
+CENTRED = 3.0
 """The barrier falls when the residual is below this multiple of it."""
 
 FALL, FALL_POWER = 0.1, 1.3
@@ -205,7 +205,7 @@ def _lower_barrier(shapes: Shapes, weight: Array, below: Array, above: Array, la
         np.max(np.abs(shapes.low * below - mu), axis=0),
         np.max(np.abs(shapes.high * above - mu), axis=0),
     )
-    shapes.residual = np.maximum(gradient, gap)
+    shapes.residual = np.maximum(gradient, gap) / shapes.power
     ready = (shapes.residual < CENTRED * mu) & (shapes.ripple <= shapes.target)
     lower = np.maximum(np.minimum(FALL * mu, mu**FALL_POWER), last)
     shapes.barrier = np.where(ready & (mu > last), lower, mu)

@@ -41,8 +41,8 @@ class BeamSet:
     low, high
         ``(S,)`` rad: phase interval of the cover.
     points
-        ``(S, m)``: grid points imposed. The first ones stay, the last ``spare`` are for what turns
-        out to be missed. Those not needed are the centre.
+        ``(S, m)``: grid points imposed. The first ones stay as long as they can, the last ``spare``
+        are for what turns out to be missed. Those not needed are the centre.
     ripple
         ``(S,)``: B_k / N.
     spare

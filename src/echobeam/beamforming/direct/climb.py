@@ -10,15 +10,19 @@ import numpy as np
 from echobeam.beamforming.direct import barrier, cuts, symmetric, uplink
 from echobeam.beamforming.direct.barrier import LAST_BARRIER, Shapes
 from echobeam.beamforming.direct.beams import BeamSet, other_objects
-from echobeam.beamforming.direct.chirp import start_shapes
+from echobeam.beamforming.direct.chirp import FIRST_BARRIER, make_feasible, start_shapes
 from echobeam.beamforming.direct.uplink import Uplink
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 WIDE_NODES = 7
 """Nodes from which on a cover is wide, and compared with the full grid on the way."""
 
-MOST_STEPS = 100
-PROBE_STEPS = 12
+MOST_STEPS = 150
+PROBE_STEPS = 20
+
+HELD = 12
+"""Steps for which shares that were given are held, so that the shapes are those which suit them
+and not those of a transition."""
 
 AUDIBLE = 0.01
 """Interference over noise, at the start and with all the power, that is worth a closer look."""
@@ -33,6 +37,16 @@ DONE = 1e-7
 
 DONE_POWERS = 1e-9
 """The same for the powers, relative to the sum rate."""
+
+EVERY = 20
+"""Every so many steps it is asked whether a trial still gains anything."""
+
+STALLED, STALLED_POWERS = 1e-6, 1e-7
+"""Relative gain of the sum rate in that time, and residual of the powers, at which it does not:
+where the optimum is flat, steps along a curved boundary are short and residuals fall slowly."""
+
+CAUGHT = 1e6
+"""Shift of a shape's matrix at which its steps have become too short to lead anywhere."""
 
 LIVE = 0.75
 """Finished trials leave the working set when no more than this part of it still works."""
@@ -133,7 +147,8 @@ def climb(
     shapes = start_shapes(trials.beams, chirp, warm)
     powers = uplink.start_uplink(trials.loss, trials.threshold, share)
     at_start, leak = _uplink_view(shapes, trials.loss.shape[1])
-    settled, steps = _descend(trials.beams, shapes, powers, MOST_STEPS)
+    held = 0 if share is None else HELD
+    settled, steps = _descend(trials.beams, shapes, powers, MOST_STEPS, held)
     found = _harvest(trials, shapes, powers, settled, steps)
     heard = np.max(leak / (at_start[:, :, np.newaxis] * trials.loss[:, np.newaxis]), axis=(1, 2))
     which = np.flatnonzero(heard > AUDIBLE)
@@ -154,13 +169,13 @@ def probe(trials: Trials, chirp: float, share: Array) -> tuple[Array, Array]:
     """
     shapes = start_shapes(trials.beams, chirp)
     powers = uplink.start_uplink(trials.loss, trials.threshold, share)
-    _descend(trials.beams, shapes, powers, PROBE_STEPS)
+    _descend(trials.beams, shapes, powers, PROBE_STEPS, HELD)
     sinr, _ = uplink.downlink(powers, *_uplink_view(shapes, share.shape[1]))
     return powers.share, np.where(powers.factor < 1.0, -np.inf, np.sum(np.log1p(sinr), axis=1))
 
 
 def _descend(
-    beams: BeamSet, shapes: Shapes, powers: Uplink, most: int
+    beams: BeamSet, shapes: Shapes, powers: Uplink, most: int, held: int
 ) -> tuple[BoolArray, IntArray]:
     """Step until every trial is settled or out of steps; return which are, and the steps taken."""
     n_trials, n_objects = powers.loss.shape
@@ -168,14 +183,19 @@ def _descend(
     steps = np.full(n_trials, most, dtype=np.int64)
     live = np.arange(n_trials)
     wide = beams.spare > WIDE_NODES
+    value = np.zeros(n_trials)
     beams_now = replace(beams, points=beams.points.copy())
     work_powers = powers.taken(live)
     work = shapes.taken(np.arange(shapes.target.size))
     for count in range(1, most + 1):
         before = work.barrier
         barrier.step(work, _weights(work_powers.level), LAST_BARRIER)
-        uplink.step(work_powers, *_uplink_view(work, n_objects))
+        _free(work)
+        uplink.step(work_powers, *_uplink_view(work, n_objects), hold=count <= held)
         ready = _ready(work, work_powers)
+        if count % EVERY == 0:
+            value, before_that = _value(work, work_powers), value
+            ready |= _stalled(work, work_powers, value, before_that)
         look = np.repeat(ready, n_objects)
         if wide:
             look |= work.barrier < before
@@ -193,7 +213,7 @@ def _descend(
         if left.size <= LIVE * live.size:
             which = _beams_of(left, n_objects)
             beams_now, work = beams_now.taken(which), work.taken(which)
-            work_powers, live = work_powers.taken(left), live[left]
+            work_powers, live, value = work_powers.taken(left), live[left], value[left]
     return settled, steps
 
 
@@ -238,6 +258,32 @@ def _ready(shapes: Shapes, powers: Uplink) -> BoolArray:
     trial_ready: BoolArray = np.all(ready.reshape(powers.loss.shape), axis=1)
     trial_ready &= powers.residual < DONE_POWERS
     return trial_ready
+
+
+def _free(shapes: Shapes) -> None:
+    """Let shapes that are caught in a corner, where no step is short enough, start from there."""
+    caught = np.flatnonzero(shapes.shift > CAUGHT)
+    if caught.size:
+        part = shapes.taken(caught)
+        part.barrier[:], part.shift[:] = FIRST_BARRIER, 0.0
+        make_feasible(part)
+        shapes.put(caught, part)
+
+
+def _stalled(shapes: Shapes, powers: Uplink, value: Array, before: Array) -> BoolArray:
+    """Tell which trials gained next to nothing since their sum rate was last looked at."""
+    stalled: BoolArray = np.abs(value - before) < STALLED * value
+    stalled &= np.all((shapes.ripple <= shapes.target).reshape(powers.loss.shape), axis=1)
+    stalled &= powers.residual < STALLED_POWERS
+    return stalled
+
+
+def _value(shapes: Shapes, powers: Uplink) -> Array:
+    """Return the sum rate ``(T,)``, nats."""
+    power, leak = _uplink_view(shapes, powers.loss.shape[1])
+    heard = power + (leak @ powers.level[:, :, np.newaxis])[:, :, 0]
+    value: Array = np.sum(np.log1p(powers.level / heard), axis=1)
+    return value
 
 
 def _unfinished(powers: Uplink) -> Array:

@@ -19,6 +19,10 @@ IDLE, LEAST_IDLE = 0.1, 1e-5
 """Slack, relative to what is allowed, from which an imposed point may be replaced: by one that is
 near its limit, and by one beyond it."""
 
+LAST_RESORT = 2.0 * LEAST_IDLE
+"""Slack for which one of the first points counts that has more than IDLE: it is replaced by points
+beyond their limit when no other is idle."""
+
 RESTART, MOST_RESTART = 0.03, 1e-3
 ROOM = 3.0
 
@@ -53,6 +57,8 @@ def relative_excess(beams: BeamSet, shapes: Shapes) -> Array:
 def impose(beams: BeamSet, shapes: Shapes, excess: Array) -> None:
     """Impose grid points that are near their limit or beyond, in place of idle ones.
 
+    The first points stay, unless there is no other room for a point beyond its limit.
+
     Parameters
     ----------
     beams, shapes
@@ -63,8 +69,9 @@ def impose(beams: BeamSet, shapes: Shapes, excess: Array) -> None:
     near = np.clip(NEAR * np.sqrt(shapes.barrier), LEAST_NEAR, MOST_NEAR)
     wanted = np.where(_peaks(excess), excess, -np.inf)
     np.put_along_axis(wanted, beams.points.T, -np.inf, axis=0)
-    first = beams.points.shape[1] - beams.spare
-    given = np.take_along_axis(excess, beams.points[:, first:].T, axis=0)
+    given = np.take_along_axis(excess, beams.points.T, axis=0)
+    first = given[: beams.points.shape[1] - beams.spare]
+    given[: len(first)] = np.where(first < -IDLE, -LAST_RESORT, np.inf)
     room = min(given.shape[0], wanted.shape[0])
     order = np.argsort(-wanted, axis=0, kind="stable")[:room]
     idle = np.argsort(given, axis=0, kind="stable")[:room]
@@ -75,7 +82,7 @@ def impose(beams: BeamSet, shapes: Shapes, excess: Array) -> None:
         which = np.flatnonzero(worth[rank])
         if not which.size:
             break
-        beams.points[which, first + idle[rank, which]] = order[rank, which]
+        beams.points[which, idle[rank, which]] = order[rank, which]
     _refresh(beams, shapes, np.any(worth, axis=0))
 
 

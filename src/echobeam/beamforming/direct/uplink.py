@@ -102,7 +102,7 @@ def start_uplink(loss: Array, threshold: Array, share: Array | None = None) -> U
     )
 
 
-def step(uplink: Uplink, power: Array, leak: Array) -> None:
+def step(uplink: Uplink, power: Array, leak: Array, hold: bool = False) -> None:
     """Improve lambda for shapes as they are, in place.
 
     Parameters
@@ -113,6 +113,8 @@ def step(uplink: Uplink, power: Array, leak: Array) -> None:
         ``(T, K)``: P_k of shapes with unit response at their own object.
     leak
         ``(T, K, K)``: [k, i] what object i hears of beam k, zero on the diagonal.
+    hold
+        Leave the shares of the surplus as they are.
     """
     base, spread, met = _floors(uplink.threshold, power, leak, uplink.loss)
     uplink.factor = np.where(met, 1.0, uplink.factor)
@@ -121,7 +123,7 @@ def step(uplink: Uplink, power: Array, leak: Array) -> None:
         base[~met], spread[~met] = 0.0, np.eye(base.shape[1])
     budget = 1.0 - np.sum(uplink.loss * base, axis=1)
     jacobian = spread * (budget[:, np.newaxis] / _cost(spread, uplink.loss))[:, np.newaxis]
-    if uplink.share.shape[1] > 1:
+    if uplink.share.shape[1] > 1 and not hold:
         _newton(uplink, base, jacobian, power, leak)
     level = base + _times(jacobian, uplink.share)
     uplink.level = np.where(met[:, np.newaxis], level, uplink.level)
