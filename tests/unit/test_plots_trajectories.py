@@ -9,8 +9,11 @@ from scipy import stats
 
 from echobeam.physics.position import offset, offset_cov
 from echobeam.plots import trajectories
+from echobeam.plots.cones import chosen_slots
 from echobeam.plots.ground import occupants, read_scene
-from echobeam.plots.setting import read_setting
+from echobeam.plots.setting import read_scenario, read_setting
+from echobeam.tracking.filter import predict_steps
+from echobeam.values import GaussianState, UavMotion
 
 from .plot_dataset import build_result
 
@@ -148,20 +151,72 @@ def test_a_column_without_anybody_has_no_stretch():
 def test_close_ups_are_made_of_up_to_four_objects(objects):
     angles = np.linspace(40.0, 140.0, objects)
     result = build_result(angles=angles, velocities=np.full(objects, 9.0), trials=1)
-    assert len(trajectories.draw(result).axes) == 1 + min(objects, 4)
+    assert len(trajectories.draw(result).axes) == 1 + 2 * min(objects, 4)
 
 
 def test_close_ups_are_of_those_who_stay_longest():
     result = build_result(angles=(40.0, 60, 80, 100, 120), velocities=(9.0,) * 5, trials=1)
     result["present"][:, 4:, 1] = False
     titles = [axes.get_title() for axes in trajectories.draw(result).axes[1:]]
-    assert titles == ["object 1", "object 3", "object 4", "object 5"]
+    assert titles == 2 * ["object 1", "object 3", "object 4", "object 5"]
 
 
 def test_axes_name_their_units():
-    for axes in trajectories.draw(build_result()).axes:
+    *planes, road, _ = trajectories.draw(build_result()).axes
+    for axes in planes:
         assert axes.get_xlabel().endswith("(m)")
         assert axes.get_ylabel() == "Height (m)"
+    assert road.get_xlabel() == "Slot"
+    assert road.get_ylabel() == "Position (m)"
+
+
+def test_forecasts_are_drawn_from_the_middle_of_a_short_stay_along_the_road():
+    """The way and its 3-sigma band against the filter's own repeated predictions."""
+    result = build_result(trials=4)
+    scenario = read_scenario(result)
+    road = trajectories.draw(result, trial=2).axes[3]
+    one = result.sel(scheme="temporal").isel(trial=2, object=0, slot=5)
+    state = GaussianState(
+        one["estimated"].values[None], one["estimated_cov"].values[None], np.array([True])
+    )
+    std = [scenario.filter.angle_std, scenario.filter.distance_std, scenario.filter.velocity_std]
+    steps = predict_steps(state, [UavMotion(15.0, -np.pi / 2)] * 4, 0.01, np.array(std))
+    theta, d = steps[-1].mean[0, :2]
+    gradient = np.array([-d * np.sin(theta), np.cos(theta)])
+    sigma = np.sqrt(gradient @ steps[-1].cov[0, :2, :2] @ gradient)
+    true, way, _ = road.get_lines()
+    np.testing.assert_array_equal(way.get_xdata(), [6, 7, 8, 9, 10])
+    assert way.get_ydata()[-1] == pytest.approx(d * np.cos(theta))
+    np.testing.assert_allclose(true.get_ydata()[0], 100 / np.tan(np.deg2rad(75)))
+    outline = road.collections[0].get_paths()[0].vertices
+    ends = outline[outline[:, 0] == 10][:, 1]
+    assert [ends.min(), ends.max()] == pytest.approx(
+        [d * np.cos(theta) - 3 * sigma, d * np.cos(theta) + 3 * sigma]
+    )
+
+
+def test_long_stays_have_three_cones_that_do_not_overlap():
+    assert chosen_slots(slice(0, 10)) == [5]
+    assert chosen_slots(slice(20, 120)) == [30, 60, 90]
+    assert chosen_slots(slice(3, 4)) == []
+    result = build_result(slots=100, trials=1, per_frame=10)
+    ways = [
+        line
+        for line in trajectories.draw(result).axes[3].get_lines()
+        if line.get_linestyle() == "--"
+    ]
+    spans = [(line.get_xdata()[0], line.get_xdata()[-1]) for line in ways]
+    assert spans == [(11, 41), (41, 71), (71, 100)]
+
+
+@pytest.mark.parametrize("scheme", ["temporal", "genie"])
+def test_without_a_doubtful_belief_there_is_no_cone(scheme):
+    result = build_result(schemes=("temporal", "genie"), trials=1)
+    if scheme == "temporal":
+        result["estimated"].values[:] = np.nan
+    result["estimated_cov"].values[:] = np.nan if scheme == "temporal" else 0.0
+    road = trajectories.draw(result, scheme).axes[3]
+    assert [text.get_text() for text in road.texts] == ["no forecast"]
 
 
 def test_the_first_slots_are_all_marked_however_long_the_run():

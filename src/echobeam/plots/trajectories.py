@@ -11,8 +11,15 @@ from matplotlib.patches import Ellipse, Patch
 from matplotlib.ticker import MaxNLocator
 
 from echobeam.plots import style
+from echobeam.plots.cones import WAY, Cone, chosen_slots, draw_cone, make_cones
 from echobeam.plots.ground import Scene, read_scene
-from echobeam.plots.setting import check_trial, check_variables, choose_scheme, read_setting
+from echobeam.plots.setting import (
+    check_trial,
+    check_variables,
+    choose_scheme,
+    read_scenario,
+    read_setting,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from echobeam.values import Array
+    from echobeam.values import Array, IntArray
 
 _CLOSE_UPS = 4
 _ELLIPSES = 3
@@ -40,7 +47,9 @@ def draw(result: xr.Dataset, scheme: str | None = None, trial: int = 0) -> Figur
 
     The scene shows true paths to scale where its shape allows it; each close-up shows one object's
     true path, its predicted and estimated positions, and ellipses that hold 95 % of the estimate's
-    stated distribution. Arrows point in the direction of movement.
+    stated distribution. Arrows point in the direction of movement. Below, the positions along the
+    road against the slot, with forecasts from a few slots as cones: the dashed way that is
+    predicted without further measurements, and three standard deviations on either side.
 
     Parameters
     ----------
@@ -62,13 +71,16 @@ def draw(result: xr.Dataset, scheme: str | None = None, trial: int = 0) -> Figur
     setting = read_setting(result)
     scene = read_scene(result, name, trial, setting)
     close = _longest(scene, _CLOSE_UPS)
-    figure = style.new_figure(style.PAGE if close else style.COLUMN, 3.5)
+    figure = style.new_figure(style.PAGE if close else style.COLUMN, 5.3 if close else 3.5)
     figure.suptitle(setting.title(name, trial, 100 if close else 50))
-    left, *right = _panels(figure, len(close), flat=_is_flat(scene))
+    left, right, ahead = _panels(figure, len(close), flat=_is_flat(scene))
     _draw_scene(left, scene)
-    for axes, (k, stay) in zip(right, close, strict=True):
-        _draw_close_up(axes, scene, k, stay)
+    for above, below, (k, stay) in zip(right, ahead, close, strict=True):
+        _draw_close_up(above, scene, k, stay)
+        cones = _read_cones(result, name, trial, k, stay)
+        _draw_road(below, result["slot"].values, scene, k, stay, cones)
     if close:
+        ahead[0].set_ylabel("Position (m)")
         style.add_legend(figure, _legend())
     return figure
 
@@ -91,19 +103,60 @@ def _is_flat(scene: Scene) -> bool:
     return bool(width > 1.8 * max(height, scene.uav[:, 1].max()))
 
 
-def _panels(figure: Figure, close_ups: int, *, flat: bool) -> list[Axes]:
-    """Return the scene's axes and those of the close-ups: beside it, or below a flat one."""
+def _panels(figure: Figure, close_ups: int, *, flat: bool) -> tuple[Axes, list[Axes], list[Axes]]:
+    """Return the axes of the scene, of the close-ups beside it or below a flat one, of the road."""
     if not close_ups:
-        return [figure.add_subplot()]
+        return figure.add_subplot(), [], []
+    halves = figure.add_gridspec(2, 1, height_ratios=[2.1, 1.0])
     if flat:
-        grid = figure.add_gridspec(2, 1, height_ratios=[1.0, 0.9])
+        grid = halves[0].subgridspec(2, 1, height_ratios=[1.0, 0.9])
         columns = close_ups
     else:
-        grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.15])
+        grid = halves[0].subgridspec(1, 2, width_ratios=[1.0, 1.15])
         columns = 1 if close_ups <= 2 else 2
     inner = grid[1].subgridspec(math.ceil(close_ups / columns), columns)
     cells = [inner[i // columns, i % columns] for i in range(close_ups)]
-    return [figure.add_subplot(grid[0]), *(figure.add_subplot(cell) for cell in cells)]
+    below = halves[1].subgridspec(1, close_ups)
+    return (
+        figure.add_subplot(grid[0]),
+        [figure.add_subplot(cell) for cell in cells],
+        [figure.add_subplot(below[0, i]) for i in range(close_ups)],
+    )
+
+
+def _read_cones(
+    result: xr.Dataset, scheme: str, trial: int, k: int, stay: slice
+) -> list[Cone] | None:
+    """Return the forecasts of one object in its stay, None if the scenario is not known."""
+    scenario = read_scenario(result)
+    if scenario is None:
+        return None
+    one = result[["estimated", "estimated_cov"]].isel(trial=trial, object=k).sel(scheme=scheme)
+    mean = one["estimated"].transpose("slot", "state").values
+    cov = one["estimated_cov"].transpose("slot", "state", "state_b").values
+    return make_cones(mean, cov, chosen_slots(stay), stay.stop, scenario)
+
+
+def _draw_road(
+    axes: Axes,
+    slots: IntArray,
+    scene: Scene,
+    k: int,
+    stay: slice,
+    cones: list[Cone] | None,
+) -> None:
+    """Draw one object's true position along the road and what was forecast of it."""
+    colour = style.object_look(k).colour
+    axes.set_title(f"object {k + 1}", color=colour)
+    axes.set_xlabel("Slot")
+    axes.plot(slots[stay], scene.true[stay, k, 0], color=colour, linewidth=2.2, zorder=2)
+    for cone in cones or []:
+        draw_cone(axes, cone, slots, colour)
+    if not cones:
+        style.add_note(axes, "no forecast", height=0.8)
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True, min_n_ticks=1))
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=5))
+    axes.margins(x=0.04)
 
 
 def _draw_scene(axes: Axes, scene: Scene) -> None:
@@ -235,4 +288,6 @@ def _legend() -> list[Artist]:
         Line2D([], [], **_ESTIMATED),
         Line2D([], [], **_PREDICTED),
         Patch(facecolor="none", edgecolor="0.3", label="95 % region (first, middle, last)"),
+        Line2D([], [], **WAY, label="forecast"),
+        Patch(facecolor="0.8", label="its ±3σ"),
     ]

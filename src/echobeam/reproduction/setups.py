@@ -94,7 +94,7 @@ def long() -> Setup:
 
 def trajectory() -> Setup:
     """Return the paper's trajectories; they are long, and a quarter of the trials shows them."""
-    keep = ("truth", "predicted", "estimated")
+    keep = ("truth", "predicted", "estimated", "estimated_cov")
     return Setup("trajectory", "paper-trajectory", ("temporal",), keep=keep, share=0.25)
 
 

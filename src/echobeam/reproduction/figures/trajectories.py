@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.lines import Line2D
 
 from echobeam.physics.motion import uav_path
 from echobeam.physics.position import offset
 from echobeam.plots import style
+from echobeam.plots.cones import WAY, Cone, draw_cone, make_cones
 from echobeam.reproduction import drawing as draw_as
 from echobeam.reproduction.records import Figure, Picture
 from echobeam.reproduction.results import Outcome, Results
@@ -18,9 +20,11 @@ from echobeam.values import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
 
 QUANTILES = (0.05, 0.5, 0.95)
+
+FORECAST_SLOTS = (10, 40, 70)
+"""Slots from which a forecast is drawn, until the next one or the end."""
 
 
 def flight(outcome: Outcome) -> Array:
@@ -42,6 +46,14 @@ def errors(outcome: Outcome) -> Array:
     """Return ``(trial, slot, object)`` m: how far the predicted position is from the true one."""
     off = positions(outcome, "predicted") - positions(outcome, "truth")
     return np.asarray(np.hypot(off[..., 0], off[..., 1]))
+
+
+def cones(outcome: Outcome, k: int) -> list[Cone]:
+    """Return the forecasts of one object in the first trial."""
+    mean = outcome.of("estimated", "temporal")[0, :, k]
+    cov = outcome.of("estimated_cov", "temporal")[0, :, k]
+    starts = [slot - 1 for slot in FORECAST_SLOTS]
+    return make_cones(mean, cov, starts, len(mean), outcome.scenario)
 
 
 def tabulate(outcome: Outcome) -> Table:
@@ -76,7 +88,7 @@ def draw(results: Results) -> Picture:
         "Trajectories and their prediction",
         f"{draw_as.flight(outcome.scenario)}; {draw_as.objects(outcome.scenario)}",
         f"left and above: one trial; below: {outcome.point.trials} trials, medians with 5–95 % "
-        "bands; arrows: direction of movement",
+        "bands; arrows: direction of movement; cones: ±3σ",
     )
     style.add_legend(figure, handles)
     return Picture(figure, tabulate(outcome))
@@ -123,8 +135,11 @@ def _draw_road(axes: Axes, outcome: Outcome) -> list[Line2D]:
             time[::4], predicted[::4, k, 0], color="0.25", marker="x", linestyle="",
             label="predicted one slot ahead",
         )  # fmt: skip
+        for cone in cones(outcome, k):
+            draw_cone(axes, cone, time, colour)
     axes.set(ylabel="Position along\nthe road (m)")
-    return [*handles, *marks]
+    ahead = Line2D([], [], label="forecast, with ±3σ", **WAY)
+    return [*handles, *marks, ahead]
 
 
 def _draw_errors(axes: Axes, outcome: Outcome) -> None:
