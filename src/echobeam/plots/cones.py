@@ -68,7 +68,7 @@ def make_cones(
     uav = scenario.uav
     path = uav_path(uav.height, uav.speed, uav.heading, scenario.frame.slot, len(mean), uav.floor)
     cones = []
-    for start, stop in zip(starts, [*starts[1:], end - 1], strict=True):
+    for start, stop in zip(starts, [*starts, end - 1][1:], strict=True):
         if not (np.diagonal(cov[start]) > 0).all():
             continue
         here = mean[None, start, None], cov[None, start, None]
