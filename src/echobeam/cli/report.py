@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.summary import SchemeSummary, improvement, summarise
+from echobeam.simulation.summary import GENIE, SchemeSummary, improvement, summarise
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,8 +76,36 @@ def text_report(result: xr.Dataset, scenario: Scenario, path: Path) -> str:
     if lost:
         said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in lost.items())
         lines.append(f"objects without a track in the last slot: {said}")
+    lines += _notes(figures, scenario)
     lines.append(f"result: {path}")
     return "\n".join(lines)
+
+
+def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str]:
+    """Return lines on the genie, the bound and the promised coverage, where there are any."""
+    promised = math.erf(scenario.coverage.width / math.sqrt(2))
+    listed = {
+        "mean sum rate over the genie's": {
+            name: f"{100 * figure.frame_rate_over_genie:.3g} %"
+            for name, figure in figures.items()
+            if name != GENIE and math.isfinite(figure.frame_rate_over_genie)
+        },
+        "angle RMSE over the posterior Cramer-Rao bound, mean over slots": {
+            name: f"{np.nanmean(figure.angle_over_bound):.2f}"
+            for name, figure in figures.items()
+            if np.isfinite(figure.angle_over_bound).any()
+        },
+        f"true angles in the covered interval (promised {100 * promised:.4g} %)": {
+            name: f"{100 * figure.coverage:.4g} %"
+            for name, figure in figures.items()
+            if math.isfinite(figure.coverage)
+        },
+    }
+    return [
+        f"{what}: {', '.join(f'{name} {value}' for name, value in values.items())}"
+        for what, values in listed.items()
+        if values
+    ]
 
 
 def _exponent(figures: Mapping[str, SchemeSummary]) -> int:

@@ -1,0 +1,49 @@
+"""The printed table's last lines: genie, bound and promised coverage, where there are any."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import echobeam as eb
+from echobeam.cli.report import json_report, text_report
+from echobeam.simulation.summary import summarise
+
+SCENARIO = eb.load_scenario("paper-single")
+
+
+@pytest.fixture(scope="module")
+def result():
+    return eb.simulate(SCENARIO, ["water-filling", "genie", "pilot-needle"], trials=10, seed=1)
+
+
+def lines_of(result):
+    text = text_report(result, SCENARIO, Path("r.nc"))
+    return dict(line.split(": ", 1) for line in text.splitlines()[1:] if ": " in line)
+
+
+def test_genie_bound_and_coverage_are_said_of_whom_they_are_defined_for(result):
+    lines, figures = lines_of(result), summarise(result, SCENARIO)
+    ahead, held = (figures[n].frame_rate_over_genie for n in ("water-filling", "pilot-needle"))
+    said = lines["mean sum rate over the genie's"]
+    assert said == f"water-filling {100 * ahead:.3g} %, pilot-needle {100 * held:.3g} %"
+    mean = figures["water-filling"].angle_over_bound.mean()
+    (over,) = [v for k, v in lines.items() if k.startswith("angle RMSE over")]
+    assert over == f"water-filling {mean:.2f}"
+    inside = lines["true angles in the covered interval (promised 99.73 %)"]
+    assert inside == f"water-filling {100 * figures['water-filling'].coverage:.4g} %"
+
+
+def test_without_any_of_them_nothing_is_said(result):
+    assert set(lines_of(result.sel(scheme=["pilot-needle"]))) == {"result"}
+
+
+def test_what_is_not_defined_is_null_in_json(result):
+    document = json.loads(json_report(result, SCENARIO, Path("r.nc")))
+    held = document["schemes"]["pilot-needle"]
+    assert held["angle_over_bound"] == [None] * 10
+    assert np.isfinite(held["rate_over_genie"]).all()
+    assert document["schemes"]["genie"]["frame_rate_over_genie"] == pytest.approx(1.0)
