@@ -4,11 +4,13 @@ import os
 import signal
 import threading
 import time
+from dataclasses import dataclass, field
 
 import pytest
 
 import echobeam as eb
-from echobeam.store.cluster import ClusterError
+from echobeam.simulation.blocks import Block
+from echobeam.store.cluster import ClusterError, do_on_cluster
 from echobeam.store.recorded import Recording, record
 from echobeam.store.workers import Workers
 
@@ -70,3 +72,52 @@ def test_no_scheduler_is_one_message(tmp_path, monkeypatch):
     with pytest.raises(ClusterError, match=r"127\.0\.0\.1:9.*no scheduler answers"):
         record(recording(tmp_path / "r.nc", workers=Workers(dask="tcp://127.0.0.1:9")))
     assert not list(tmp_path.iterdir())
+
+
+@dataclass
+class Naps:
+    """Tasks that sleep; counts how many are handed out and not yet back."""
+
+    count: int
+    out: int = 0
+    most: int = 0
+    written: list = field(default_factory=list)
+
+    def sizes(self):
+        return [1] * self.count
+
+    def missing(self):
+        return list(range(self.count))
+
+    def piece(self, task):
+        self.out += 1
+        self.most = max(self.most, self.out)
+        return nap
+
+    def write(self, task, block):
+        self.out -= 1
+        self.written.append(task)
+
+
+def nap(advance):
+    time.sleep(0.05)
+    return Block(0, {})
+
+
+@pytest.mark.slow
+def test_workers_that_come_later_get_work_too(monkeypatch):
+    """Those of a batch system do, one by one."""
+    monkeypatch.setattr("echobeam.store.cluster.ASK_AGAIN", 0.0)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0"
+    ) as cluster:
+        naps = Naps(40)
+
+        def progress(done, total):
+            if done == 5:
+                assert naps.most <= 2
+                cluster.scale(3)
+
+        do_on_cluster(naps, naps.missing(), cluster.scheduler_address, progress)
+        assert sorted(naps.written) == naps.missing()
+        assert naps.most == 6

@@ -7,6 +7,7 @@ that no shared file system is needed. A task whose worker dies is done again by 
 from __future__ import annotations
 
 import itertools
+import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 PATIENCE = "15s"
 PER_THREAD = 2
 """Tasks handed out per worker thread: one to work on and one to begin next."""
+
+ASK_AGAIN = 5.0
+"""Seconds after which the scheduler is asked again how many workers it has."""
 
 
 class ClusterError(InputError):
@@ -67,14 +71,18 @@ def do_on_cluster(
             ]
 
         running = as_completed(hand_out(PER_THREAD * threads))
+        asked = time.monotonic()
         for future in running:
+            if time.monotonic() - asked > ASK_AGAIN:  # workers of a batch system come one by one
+                threads, asked = sum(client.nthreads().values()), time.monotonic()
             try:
                 task, block = future.result()
             except KilledWorker as error:
                 raise RunError(f"workers of the cluster died again and again: {error}") from error
             work.write(task, block)
             future.release()
-            running.update(hand_out(1))
+            room = PER_THREAD * max(threads, 1) - running.count()
+            running.update(hand_out(max(room, 0)))
             done += sizes[task]
             progress(done, total)
 
