@@ -14,6 +14,7 @@ import pytest
 from echobeam.beamforming import subspace
 from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.direct import solve_batch
+from echobeam.beamforming.fast import FEASIBLE
 from echobeam.beamforming.problem import ProblemBatch
 
 pytest.importorskip("numba", reason="the compiled solver needs Numba: pip install 'echobeam[fast]'")
@@ -74,7 +75,7 @@ def test_both_ways_find_the_same_beams(name: str) -> None:
             continue
         problem = batch.problem(trial)
         beams = compiled.beams[trial, batch.active[trial]]
-        assert violation(problem, beams).largest < 1e-8
+        assert violation(problem, beams).largest <= FEASIBLE
 
 
 def test_a_warm_start_ends_in_the_same_beams_sooner() -> None:

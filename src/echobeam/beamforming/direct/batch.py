@@ -142,8 +142,8 @@ def _tasks(batch: ProblemBatch, compiled: bool) -> Iterator[Task]:
 def _compiled_task(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Task:
     from echobeam.beamforming.direct.compiled.trials import CompiledTrials
 
-    halfwidths = np.take_along_axis(batch.coverage_halfwidths[which], objects, axis=1)
     phases, _ = _phases(batch, which, objects)
+    halfwidths = batch.coverage_halfwidths[which[:, np.newaxis], objects]
     trials = CompiledTrials(
         phases=phases,
         reach=coverage_steps(halfwidths, batch.resolution),
@@ -178,15 +178,13 @@ def _numpy_task(batch: ProblemBatch, which: IntArray, objects: IntArray, nodes: 
 
 
 def _phases(batch: ProblemBatch, which: IntArray, objects: IntArray) -> tuple[Array, BoolArray]:
-    angles, halfwidths = (
-        np.take_along_axis(array[which], objects, axis=1)
-        for array in (batch.angles, batch.coverage_halfwidths)
-    )
+    place = which[:, np.newaxis], objects
+    angles, halfwidths = batch.angles[place], batch.coverage_halfwidths[place]
     return cover_phases(angles, halfwidths, batch.resolution, batch.spacing, batch.axis)
 
 
 def _loss(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Array:
-    distances = np.take_along_axis(batch.distances[which], objects, axis=1)
+    distances = batch.distances[which[:, np.newaxis], objects]
     return channel_loss(distances, batch.noise, batch.alpha0) / (batch.n_tx * batch.power)
 
 

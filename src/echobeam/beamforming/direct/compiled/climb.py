@@ -7,11 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from echobeam.beamforming.direct.barrier import LAST_BARRIER
+from echobeam.beamforming.direct.chirp import FIRST_BARRIER
 from echobeam.beamforming.direct.climb import (
+    CAUGHT,
     CURVED,
     DONE,
     DONE_POWERS,
+    EVERY,
     QUIET_STEPS,
+    STALLED,
+    STALLED_POWERS,
     UNFINISHED,
     UNPROVED,
     WIDE_NODES,
@@ -30,6 +35,7 @@ from echobeam.beamforming.direct.compiled.step import (
     RESIDUAL,
     RIPPLE,
     SCALARS,
+    SHIFT,
     TARGET,
     bends,
     power_of,
@@ -216,7 +222,7 @@ def excess_of(
 
 
 @compiled
-def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int) -> int:
+def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int, held: int) -> int:
     """Step until the trial is settled; return the steps taken, beyond ``most`` if it is not."""
     n_objects, size = covers.phases.shape
     wide = shapes.spare > WIDE_NODES
@@ -224,6 +230,7 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int
     weight, excess = np.empty(n_objects - 1), np.empty((n_objects, size))
     weights = np.empty(n_tx, dtype=np.complex128)
     looked = np.empty(n_objects, dtype=np.bool_)
+    value = 0.0
     for count in range(1, most + 1):
         for beam in range(n_objects):
             before = shapes.scalars[beam, BARRIER]
@@ -237,6 +244,7 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int
                 weight,
                 shapes.scalars[beam],
             )
+            _free(shapes, beam)
             looked[beam] = wide and shapes.scalars[beam, BARRIER] < before
         listen(shapes, power, leak)
         step_powers(
@@ -249,8 +257,12 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int
             powers.level,
             powers.leeway,
             powers.scalars,
+            count <= held,
         )
         ready = _is_ready(shapes, powers, power)
+        if count % EVERY == 0:
+            value, before_that = sum_of_rates(powers, power, leak), value
+            ready |= _has_stalled(shapes, powers, value, before_that)
         settled = ready
         for beam in range(n_objects):
             looked[beam] |= ready
@@ -263,6 +275,44 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int
             if looked[beam]:
                 _impose(covers, shapes, beam, excess[beam])
     return most + 1
+
+
+@compiled
+def _free(shapes: Shapes, beam: int) -> None:
+    """Let a shape that is caught in a corner, where no step is short enough, start from there."""
+    if shapes.scalars[beam, SHIFT] > CAUGHT:
+        shapes.scalars[beam, BARRIER], shapes.scalars[beam, SHIFT] = FIRST_BARRIER, 0.0
+        make_feasible(
+            shapes.rows[beam],
+            shapes.offset[beam],
+            shapes.z[beam],
+            shapes.response[beam],
+            shapes.low[beam],
+            shapes.high[beam],
+            shapes.scalars[beam],
+        )
+
+
+@compiled
+def sum_of_rates(powers: Powers, power: Array, leak: Array) -> float:
+    """Return the sum rate, nats, of the uplink."""
+    total = 0.0
+    for beam in range(power.size):
+        heard = power[beam]
+        for other in range(power.size):
+            heard += leak[beam, other] * powers.level[other]
+        total += np.log1p(powers.level[beam] / heard)
+    return total
+
+
+@compiled
+def _has_stalled(shapes: Shapes, powers: Powers, value: float, before: float) -> bool:
+    """Tell whether next to nothing was gained since the sum rate was last looked at."""
+    stalled: bool = abs(value - before) < STALLED * value
+    stalled &= powers.scalars[uplink.RESIDUAL] < STALLED_POWERS
+    for beam in range(shapes.scalars.shape[0]):
+        stalled &= shapes.scalars[beam, RIPPLE] <= shapes.scalars[beam, TARGET]
+    return stalled
 
 
 @compiled
@@ -334,6 +384,7 @@ def harvest(
             powers.level,
             powers.leeway,
             powers.scalars,
+            False,
         )
     ratio, received = np.empty(n_objects), np.empty(n_objects)
     good = downlink(powers.loss, power, leak, powers.level, ratio, received)
@@ -407,6 +458,7 @@ def disturbance(powers: Powers, power: Array, objective: float) -> float:
             powers.level,
             powers.leeway,
             powers.scalars,
+            False,
         )
     rate = 0.0
     for beam in range(power.size):
@@ -419,15 +471,10 @@ def sum_rate(shapes: Shapes, powers: Powers) -> float:
     """Return the sum rate, nats, of shapes as they are; -inf where floors are not met."""
     n_objects = powers.loss.size
     power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
-    ratio, received = np.empty(n_objects), np.empty(n_objects)
     listen(shapes, power, leak)
-    downlink(powers.loss, power, leak, powers.level, ratio, received)
     if powers.scalars[uplink.FACTOR] < 1.0:
         return -np.inf
-    total = 0.0
-    for beam in range(n_objects):
-        total += np.log1p(ratio[beam])
-    return total
+    return sum_of_rates(powers, power, leak)
 
 
 @compiled

@@ -17,6 +17,7 @@ from echobeam.beamforming.direct.compiled.step import (
 )
 from echobeam.beamforming.direct.cuts import (
     IDLE,
+    LAST_RESORT,
     LEAST_IDLE,
     LEAST_NEAR,
     MISSED,
@@ -82,6 +83,8 @@ def impose(
 ) -> None:
     """Impose grid points that are near their limit or beyond, in place of idle ones.
 
+    The first points stay, unless there is no other room for a point beyond its limit.
+
     Parameters
     ----------
     excess
@@ -89,7 +92,7 @@ def impose(
     first
         Index into the phases.
     spare
-        Number of points, the last ones, that may be replaced.
+        Number of points, the last ones, that may be replaced freely.
     phases
         ``(G,)`` rad.
     basis, points, rows, offset, z, response, low, high, scalars
@@ -100,27 +103,29 @@ def impose(
     kept = points.size - spare
     for place in range(points.size):
         wanted[points[place] - first] = -np.inf
-    given = np.empty(spare)
-    for place in range(spare):
-        given[place] = excess[points[kept + place] - first]
+    given = np.empty(points.size)
+    for place in range(points.size):
+        given[place] = excess[points[place] - first]
+        if place < kept:
+            given[place] = -LAST_RESORT if given[place] < -IDLE else np.inf
     new = np.empty(points.size, dtype=np.bool_)
     for place in range(points.size):
         new[place] = False
     changed = False
-    for _ in range(min(spare, excess.size)):
+    for _ in range(min(points.size, excess.size)):
         best, idle = 0, 0
         for point in range(1, wanted.size):
             if wanted[point] > wanted[best]:
                 best = point
-        for place in range(1, spare):
+        for place in range(1, points.size):
             if given[place] < given[idle]:
                 idle = place
         urgent, slack = wanted[best], -given[idle]
         if not (urgent > -near and slack > (LEAST_IDLE if urgent > MISSED else IDLE)):
             break
         wanted[best], given[idle] = -np.inf, np.inf
-        points[kept + idle] = first + best
-        new[kept + idle] = changed = True
+        points[idle] = first + best
+        new[idle] = changed = True
     if changed:
         _refresh(new, phases, basis, points, rows, offset, z, response, low, high, scalars)
 

@@ -50,6 +50,7 @@ def step_powers(
     level: Array,
     leeway: Array,
     scalars: Array,
+    hold: bool,
 ) -> None:
     """Improve lambda for shapes as they are, in place, `uplink.step`.
 
@@ -61,6 +62,8 @@ def step_powers(
         ``(K, K)``: [k, i] what object i hears of beam k, zero on the diagonal.
     share, price, level, leeway, scalars
         ``(K,)`` each, ``(SCALARS,)``; changed.
+    hold
+        Leave the shares of the surplus as they are.
     """
     users = loss.size
     base, spread, met = _floors(threshold, power, leak, loss)
@@ -79,7 +82,7 @@ def step_powers(
             cost += spread[row, column] * loss[row]
         for row in range(users):
             spread[row, column] *= budget / cost
-    if users > 1:
+    if users > 1 and not hold:
         _newton(base, spread, power, leak, share, price, leeway, scalars)
     if met:
         for row in range(users):

@@ -109,7 +109,13 @@ def bends(low: Array, high: Array, weight: Array, ripple: float) -> tuple[Array,
 
 @compiled
 def _lower_barrier(
-    scalars: Array, gradient: Array, low: Array, high: Array, below: Array, above: Array
+    scalars: Array,
+    gradient: Array,
+    power: float,
+    low: Array,
+    high: Array,
+    below: Array,
+    above: Array,
 ) -> None:
     mu = scalars[BARRIER]
     residual = 0.0
@@ -117,6 +123,7 @@ def _lower_barrier(
         residual = max(residual, abs(value))
     for row in range(low.size):
         residual = max(residual, abs(low[row] * below[row] - mu), abs(high[row] * above[row] - mu))
+    residual /= power
     scalars[RESIDUAL] = residual
     if residual < CENTRED * mu and scalars[RIPPLE] <= scalars[TARGET] and mu > LAST_BARRIER:
         scalars[BARRIER] = max(min(FALL * mu, mu**FALL_POWER), LAST_BARRIER)
@@ -231,7 +238,8 @@ def step(
     below, above = np.empty(m), np.empty(m)
     slacks(response, ripple * power, below, above)
     bend, spread = bends(low, high, weight, ripple)
-    _lower_barrier(scalars, _pull(rows, response, bend, spread, z), low, high, below, above)
+    gradient = _pull(rows, response, bend, spread, z)
+    _lower_barrier(scalars, gradient, power, low, high, below, above)
     mu = scalars[BARRIER]
     lost = (target - ripple) * power
     stiff_low, stiff_high = np.empty(m), np.empty(m)

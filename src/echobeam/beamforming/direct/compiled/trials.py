@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from echobeam.beamforming.direct.climb import AUDIBLE, MOST_STEPS, PROBE_STEPS, Found
+from echobeam.beamforming.direct.climb import AUDIBLE, HELD, MOST_STEPS, PROBE_STEPS, Found
 from echobeam.beamforming.direct.compiled import powers as uplink
 from echobeam.beamforming.direct.compiled.arrays import scaled_identity
 from echobeam.beamforming.direct.compiled.climb import (
@@ -30,7 +30,7 @@ from echobeam.beamforming.direct.compiled.decorate import compiled_once, fingerp
 from echobeam.beamforming.direct.compiled.step import power_of
 from echobeam.values import Array, ComplexArray, IntArray
 
-PATIENCE = 1.0
+PATIENCE = 2.0
 """s: if the first call has not come back by then, the user is told that it compiles."""
 
 OBJECTIVE, CONVERGED, PART, STEPS, DISTURBANCE, FIGURES = 0, 1, 2, 3, 4, 5
@@ -73,7 +73,8 @@ class CompiledTrials:
     ) -> Found:
         """Return what one start leads to, see `direct.climb.climb`."""
         beams = np.empty((*self.loss.shape, self.n_tx), dtype=complex)
-        _, figures = self._run(MOST_STEPS, chirp, warm, share, beams)
+        held = 0 if share is None else HELD
+        _, figures = self._run((MOST_STEPS, held), chirp, warm, share, beams)
         return Found(
             beams=beams,
             objective=figures[:, OBJECTIVE].copy(),
@@ -86,18 +87,21 @@ class CompiledTrials:
     def probe(self, chirp: float, share: Array) -> tuple[Array, Array]:
         """Return the share and the sum rate after a few steps, see `direct.climb.probe`."""
         nothing = np.empty((0, 0, 0), dtype=complex)
-        reached, figures = self._run(PROBE_STEPS, chirp, None, share, nothing)
+        reached, figures = self._run((PROBE_STEPS, HELD), chirp, None, share, nothing)
         return reached, figures[:, OBJECTIVE].copy()
 
     def _run(
         self,
-        most: int,
+        steps: tuple[int, int],
         chirp: float,
         warm: ComplexArray | None,
         share: Array | None,
         beams: ComplexArray,
     ) -> tuple[Array, Array]:
-        """Return shares ``(T, K)`` and ``(T, FIGURES)``, and fill the beams if there is room."""
+        """Return shares ``(T, K)`` and ``(T, FIGURES)``, and fill the beams if there is room.
+
+        ``steps`` are how many to take at most, and for how many of them the shares are held.
+        """
         n_trials, n_objects = self.loss.shape
         if share is None:
             share = np.full((n_trials, n_objects), 1.0 / n_objects)
@@ -110,7 +114,7 @@ class CompiledTrials:
         figures = np.empty((n_trials, FIGURES))
         arrays = (self.phases, self.reach, self.ripple, self.loss, self.threshold)
         data = tuple(np.ascontiguousarray(array) for array in arrays)
-        _runner()(*data, self.n_tx, chirp, given, share, most, beams, figures)
+        _runner()(*data, self.n_tx, chirp, given, share, *steps, beams, figures)
         return share, figures
 
 
@@ -130,6 +134,7 @@ def _runner() -> Callable[..., None]:
         warm: ComplexArray,
         share: Array,
         most: int,
+        held: int,
         beams: ComplexArray,
         figures: Array,
     ) -> None:
@@ -143,7 +148,7 @@ def _runner() -> Callable[..., None]:
             power, leak = np.empty(loss.shape[1]), scaled_identity(loss.shape[1], 0.0)
             listen(shapes, power, leak)
             heard = loudest(powers, power, leak)
-            steps = descend(covers, shapes, powers, n_tx, most)
+            steps = descend(covers, shapes, powers, n_tx, most, held)
             line = figures[trial]
             line[STEPS] = min(steps, most)
             line[DISTURBANCE] = 0.0
