@@ -8,22 +8,25 @@ to the end.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 
 import numpy as np
 
 from echobeam.beamforming.direct.climb import Climber, Found
-from echobeam.values import Array, IntArray
+from echobeam.values import Array, BoolArray, IntArray
 
 CONTESTED = 0.01
 """What consideration for others costs of the sum rate, relative, from which other sets of objects
 may be worth more."""
 
 FEW = 4
-"""Number of objects up to which every set of them is tried, and not only small and large ones."""
+"""Number of objects up to which every set of them is tried. Of more objects the sets are tried that
+leave out none or one, then what differs by one object or a swap from the best one, and so on."""
 
 LEFT_OUT = 1e-2
 """Share, relative to a served object's, of one that is left out at the start."""
+
+SERVED = 1e-3
+"""Share, relative to the largest, from which an object counts as served."""
 
 FOLLOWED = 4
 PROMISING = 0.1
@@ -48,51 +51,103 @@ def settle(trials: Climber, found: Found, cold: IntArray, chirp: float, most: in
     """
     contested = cold[found.disturbance[cold] > CONTESTED]
     n_objects = trials.loss.shape[1]
-    table = _table(n_objects)
-    if not table.shape[0] or not contested.size:
+    if n_objects < 2 or not contested.size:
         return
-    step = max(1, most // (n_objects * table.shape[0]))
-    for begin in range(0, contested.size, step):
-        part = contested[begin : begin + step]
-        count = table.shape[0]
-        probed = trials.taken(np.repeat(part, count))
-        share, value = probed.probe(chirp, np.tile(table, (part.size, 1)))
-        for which, row in _followed(share.reshape(-1, count, n_objects), value.reshape(-1, count)):
-            again = trials.taken(part[which]).climb(chirp, share=table[row])
-            found.put(part[which], again)
+    step = max(1, most // n_objects)
+    rivals = [_Rivals(n_objects) for _ in range(contested.size)]
+    while any(rival.wanted.size for rival in rivals):
+        tried = np.repeat(np.arange(contested.size), [len(rival.wanted) for rival in rivals])
+        start = _shares(np.concatenate([rival.wanted for rival in rivals]))
+        share, value = np.empty(start.shape), np.empty(len(start))
+        for begin in range(0, len(start), step):
+            part = slice(begin, begin + step)
+            probed = trials.taken(contested[tried[part]])
+            share[part], value[part] = probed.probe(chirp, start[part])
+        for trial, rival in enumerate(rivals):
+            rival.take(share[tried == trial], value[tried == trial])
+    for which, start in _followed(rivals):
+        again = trials.taken(contested[which]).climb(chirp, share=start)
+        found.put(contested[which], again)
 
 
-def _table(n_objects: int) -> Array:
-    """Return ``(J, K)`` uneven shares: one per set of objects to serve."""
-    few = n_objects <= FEW
-    sizes = list(range(1, n_objects)) if few else [1, 2, n_objects - 2, n_objects - 1]
-    served = [
-        members for size in sorted(set(sizes)) for members in combinations(range(n_objects), size)
-    ]
-    table = np.full((len(served), n_objects), LEFT_OUT)
-    for row, members in enumerate(served):
-        table[row, list(members)] = 1.0
-    shares: Array = table / np.sum(table, axis=1, keepdims=True)
-    return shares
+class _Rivals:
+    """The sets of objects of one trial: which were tried, where they led, which to try next.
 
-
-def _followed(share: Array, value: Array) -> Iterator[tuple[IntArray, IntArray]]:
-    """Give, best first, which trials have another start worth following, and which start.
-
-    Parameters
+    Attributes
     ----------
-    share, value
-        ``(T, J, K)``, ``(T, J)``: where each start has led so far.
+    wanted
+        ``(J, K)``: the sets to try next.
+    served, share, value
+        ``(I, K)``, ``(I, K)``, ``(I,)``: the sets that were tried, and the shares and sum rates
+        that they led to.
     """
-    order = np.argsort(-value, axis=1, kind="stable")
-    share = np.take_along_axis(share, order[:, :, np.newaxis], axis=1)
-    value = np.take_along_axis(value, order, axis=1)
-    good = np.isfinite(value) & (value >= (1.0 - PROMISING) * value[:, :1])
-    for rank in range(1, share.shape[1]):
-        apart = np.abs(share[:, :rank] - share[:, rank, np.newaxis]).max(axis=2)
-        good[:, rank] &= ~np.any((apart < ALIKE) & good[:, :rank], axis=1)
-    good &= np.cumsum(good, axis=1) <= FOLLOWED
-    for rank in range(share.shape[1]):
-        which = np.flatnonzero(good[:, rank])
+
+    def __init__(self, n_objects: int) -> None:
+        every = np.arange(1, 2**n_objects - 1)
+        sets = every[:, np.newaxis] >> np.arange(n_objects) & 1 > 0
+        if n_objects > FEW:
+            sets = np.concatenate([~np.eye(n_objects, dtype=bool), np.ones((1, n_objects)) > 0])
+        self.wanted: BoolArray = sets
+        self.served: BoolArray = sets[:0]
+        self.share: Array = np.zeros((0, n_objects))
+        self.value: Array = np.zeros(0)
+        self._known: set[bytes] = set()
+        self._around: set[bytes] = set()
+
+    def take(self, share: Array, value: Array) -> None:
+        """Take what the sets wanted led to, and choose those to try next."""
+        self._known |= {row.tobytes() for row in self.wanted}
+        self.served = np.concatenate([self.served, self.wanted])
+        self.share = np.concatenate([self.share, share])
+        self.value = np.concatenate([self.value, np.where(np.isfinite(value), value, -np.inf)])
+        self.wanted = self.wanted[:0]
+        best = int(np.argmax(self.value))
+        if len(share[0]) > FEW and np.isfinite(self.value[best]):
+            centre = self.share[best] > SERVED * np.max(self.share[best])
+            if centre.tobytes() not in self._around:
+                self._around.add(centre.tobytes())
+                near = [s for s in _neighbours(centre) if s.tobytes() not in self._known]
+                self.wanted = np.array(near, dtype=bool).reshape(-1, centre.size)
+
+
+def _neighbours(served: BoolArray) -> Iterator[BoolArray]:
+    """Give a set, those with one object more or less, and those with one swapped."""
+    yield served
+    for first in range(served.size):
+        changed = served.copy()
+        changed[first] ^= True
+        if changed.any():
+            yield changed
+        for second in range(first):
+            if served[first] != served[second]:
+                swapped = changed.copy()
+                swapped[second] ^= True
+                yield swapped
+
+
+def _shares(served: BoolArray) -> Array:
+    """Return ``(J, K)`` uneven shares of sets of objects."""
+    shares = np.where(served, 1.0, LEFT_OUT)
+    return np.asarray(shares / np.sum(shares, axis=1, keepdims=True))
+
+
+def _followed(rivals: list[_Rivals]) -> Iterator[tuple[IntArray, Array]]:
+    """Give, best first, which trials have another start worth following, and the start's shares."""
+    chosen = [_promising(rival) for rival in rivals]
+    for rank in range(FOLLOWED):
+        which = np.flatnonzero([len(starts) > rank for starts in chosen])
         if which.size:
-            yield which, order[which, rank]
+            yield which, np.array([chosen[trial][rank] for trial in which])
+
+
+def _promising(rival: _Rivals) -> Array:
+    """Return the starts ``(J, K)`` of one trial that are worth following, best first."""
+    order = np.argsort(-rival.value, kind="stable")
+    order = order[rival.value[order] >= (1.0 - PROMISING) * rival.value[order[0]]]
+    order = order[np.isfinite(rival.value[order])]
+    kept: list[int] = []
+    for row in order:
+        apart = [np.abs(rival.share[row] - rival.share[other]).max() for other in kept]
+        if min(apart, default=1.0) >= ALIKE:
+            kept.append(int(row))
+    return _shares(rival.served[kept[:FOLLOWED]])
