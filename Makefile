@@ -5,20 +5,24 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 JOBS   ?= 2
 
-.PHONY: demo test quick bench lint types rules docs clean
+.PHONY: demo test quick bench compiled lint types rules docs clean
 
 demo: $(VENV)/.demo
 	$(BIN)/echobeam run paper-multi --trials 200 --jobs $(JOBS) --out paper-multi.nc --force
 	$(BIN)/echobeam plot paper-multi.nc
 
-test: lint types rules
+test: lint types rules compiled
 	$(BIN)/python -m pytest -n $(JOBS)
 
-quick: $(VENV)/.dev
+quick: compiled
 	$(BIN)/python -m pytest -n $(JOBS) -m "not slow"
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m pytest benchmarks --benchmark-only -p no:xdist
+
+# Compiles the beam solver once, so that no test waits for the compiler and no two do it at once.
+compiled: $(VENV)/.dev
+	$(BIN)/echobeam bench --case test-point --method fast --repeat 1 --quiet
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff format --check src tests benchmarks
