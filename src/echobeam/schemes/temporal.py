@@ -10,6 +10,11 @@ from echobeam.schemes.frame import TrackingFrame
 from echobeam.values import ComplexArray, GaussianState
 
 
+COLD_EVERY = 8
+"""Slots after which the beams are sought anew: what starts from the last slot's beams may stay on a
+branch that has become the worse one while the uncertainty changed."""
+
+
 @dataclass(frozen=True, slots=True)
 class Temporal(TrackingFrame):
     """Problem (38) at the predicted state in every directional slot."""
@@ -17,8 +22,9 @@ class Temporal(TrackingFrame):
     name: str = "temporal"
 
     def beamform(self, prior: GaussianState, view: View) -> Decision:
-        """Return the optimised beams, started from the last slot's."""
-        last = view.memory if view.slot_in_frame > 2 else None
+        """Return the optimised beams, mostly started from the last slot's."""
+        directional = view.slot_in_frame - 2  # The frame's first slot is omnidirectional.
+        last = view.memory if directional % COLD_EVERY else None
         warm: ComplexArray | None = last  # type: ignore[assignment]
         answer = design_for(prior, view, warm)
         return Decision(answer.beams, answer.fallback, memory=answer.beams)
