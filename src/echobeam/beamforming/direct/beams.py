@@ -138,6 +138,9 @@ def beam_set(phases: Array, mask: BoolArray, n_tx: int, ripple: Array, nodes: in
         n_tx == 1
     ):  # No other direction exists; an idle coordinate keeps the shapes from being empty.
         basis = np.concatenate([basis, np.zeros_like(basis)], axis=2)
+    # Over very wide covers a pattern touches its limits at so many places that too few spare points
+    # are passed from one to the other without end.
+    spare_points = max(nodes + 1, 4 * nodes - 35)
     return BeamSet(
         basis=basis,
         phases=phases,
@@ -145,9 +148,9 @@ def beam_set(phases: Array, mask: BoolArray, n_tx: int, ripple: Array, nodes: in
         others=others,
         low=low,
         high=high,
-        points=_first_points(mask, max(2 * nodes + 1, 6 * nodes - 23), nodes + 1),
+        points=_first_points(mask, max(2 * nodes + 1, 6 * nodes - 23), spare_points),
         ripple=ripple.reshape(-1) / n_tx,
-        spare=nodes + 1,
+        spare=spare_points,
     )
 
 

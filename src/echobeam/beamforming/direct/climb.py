@@ -58,6 +58,10 @@ UNFINISHED, UNPROVED = 0.1, 0.5
 """Parts of `Uplink.leeway` to which the beam of an object that is not served may miss the best one,
 and the proof that there is no better one: the object could not become worth serving by that."""
 
+UNKEPT = 5e-7
+"""Excess of ripple, relative to what is allowed, up to which such a beam may stay: more cannot be
+bought off where a cover leaves no direction to spare."""
+
 
 class Climber(Protocol):
     """T trials with K objects each, and the way from a start to their optima."""
@@ -237,7 +241,7 @@ def _look(
         return ready
     excess = cuts.relative_excess(beams.taken(which), shapes.taken(which))
     met = np.ones(shapes.target.size, dtype=bool)
-    allowed = np.maximum(cuts.MISSED, _unfinished(powers)[which])
+    allowed = np.maximum(cuts.MISSED, np.minimum(_unfinished(powers)[which], UNKEPT))
     met[which] = np.max(excess, axis=0) < allowed
     settled: BoolArray = ready & np.all(met.reshape(ready.size, -1), axis=1)
     going = ~np.repeat(settled, powers.loss.shape[1])[which]

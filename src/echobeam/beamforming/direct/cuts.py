@@ -126,8 +126,11 @@ def patched(beams: BeamSet, shapes: Shapes, excess: Array) -> tuple[ComplexArray
 
     What little a beam misses is bought with power in the spare direction, which hears and reaches
     nobody: the ripple allowed grows with it. Over a wide cover that is true only nearly; where more
-    was missed than a finished beam does, what is still missing is bought after that.
+    was missed than a finished beam does, what is still missing is bought after that. A cover that
+    takes all directions leaves none to spare, and what is missed stays.
     """
+    if beams.basis.shape[2] == beams.n_tx:
+        return beams.lift(shapes.coordinates), shapes.power
     shapes = shapes.taken(np.arange(shapes.target.size))
     worst = np.maximum(np.max(excess, axis=0), 0.0)
     _buy(shapes, worst)
