@@ -11,7 +11,6 @@ from echobeam.beamforming.problem import ProblemBatch
 from echobeam.benchmarking.problems import CaseProblems
 from echobeam.scenario.load import load_scenario
 from echobeam.schemes.base import Decision, View
-from echobeam.schemes.coverage_design import coverage_halfwidth
 from echobeam.schemes.temporal import Temporal
 from echobeam.simulation.blocks import world_of
 from echobeam.simulation.loop import run_slots
@@ -35,12 +34,15 @@ class Asked:
         Counted from 1.
     batch
         The problems, with the warm start that the scheme gave.
+    before
+        ``(T, K, n_tx)``: the beams of the slot before, None in a frame's first directional slot.
     beams
         ``(T, K, n_tx)``.
     """
 
     slot_in_frame: int
     batch: ProblemBatch
+    before: ComplexArray | None
     beams: ComplexArray
 
 
@@ -53,10 +55,11 @@ class Watched(Temporal):
     def beamform(self, prior: GaussianState, view: View) -> Decision:
         """Return the temporal scheme's decision."""
         decision = super().beamform(prior, view)
-        batch = _problems(prior, view)
+        before: ComplexArray | None = None
         if view.slot_in_frame > FIRST:
-            batch = replace(batch, warm_start=np.asarray(view.memory, dtype=complex))
-        self.asked.append(Asked(view.slot_in_frame, batch, decision.beams))
+            before = np.asarray(view.memory, dtype=complex)
+        batch = self.problems(prior, view)
+        self.asked.append(Asked(view.slot_in_frame, batch, before, decision.beams))
         return decision
 
 
@@ -95,27 +98,6 @@ def _joined(asked: list[Asked]) -> CaseProblems:
         active=np.concatenate([batch.active for batch in batches]),
     )
     order = np.random.default_rng(SEED).permutation(len(joined))
-    starts = [batch.warm_start for batch in batches if batch.warm_start is not None]
-    warm = np.concatenate(starts)[order] if len(starts) == len(batches) else None
+    starts = [slot.before for slot in asked if slot.before is not None]
+    warm = np.concatenate(starts)[order] if len(starts) == len(asked) else None
     return CaseProblems(joined.taken(order), warm_start=warm)
-
-
-def _problems(prior: GaussianState, view: View) -> ProblemBatch:
-    """Return problem (38) of a belief, as `schemes.coverage_design` states it."""
-    system, n_objects = view.system, prior.known.shape[-1]
-    halfwidth = coverage_halfwidth(prior, view)
-    return ProblemBatch(
-        angles=prior.mean[..., 0],
-        distances=prior.mean[..., 1],
-        coverage_halfwidths=halfwidth,
-        active=prior.known & np.isfinite(halfwidth),
-        ripple=np.full(n_objects, system.ripple),
-        min_rate=np.full(n_objects, system.coverage.min_rate),
-        power=system.radio.power,
-        noise=system.radio.noise,
-        n_tx=system.array.n_tx,
-        alpha0=system.radio.alpha0,
-        spacing=system.array.spacing,
-        axis=system.array.axis,
-        resolution=system.coverage.resolution,
-    )

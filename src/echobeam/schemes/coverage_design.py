@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.answer import BatchAnswer
-from echobeam.beamforming.design import design_batch
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.schemes.base import System, View
 from echobeam.values import Array, BoolArray, ComplexArray, GaussianState
@@ -25,7 +23,7 @@ def coverage_halfwidth(state: GaussianState, view: View) -> Array:
     return np.minimum(coverage.width * spread, coverage.max_halfwidth)
 
 
-def design(
+def problems_at(
     angle: Array,
     distance: Array,
     halfwidth: Array,
@@ -34,40 +32,37 @@ def design(
     *,
     min_rate: float,
     warm_start: ComplexArray | None = None,
-) -> BatchAnswer:
-    """Solve problem (38) for a block of trials, ``(T, K)`` objects each."""
+) -> ProblemBatch:
+    """Return problem (38) for a block of trials, ``(T, K)`` objects each."""
     n_objects = angle.shape[-1]
-    return design_batch(
-        ProblemBatch(
-            angles=angle,
-            distances=distance,
-            coverage_halfwidths=halfwidth,
-            active=active,
-            ripple=np.full(n_objects, system.ripple),
-            min_rate=np.full(n_objects, min_rate),
-            power=system.radio.power,
-            noise=system.radio.noise,
-            n_tx=system.array.n_tx,
-            alpha0=system.radio.alpha0,
-            spacing=system.array.spacing,
-            axis=system.array.axis,
-            resolution=system.coverage.resolution,
-            warm_start=warm_start,
-        )
+    return ProblemBatch(
+        angles=angle,
+        distances=distance,
+        coverage_halfwidths=halfwidth,
+        active=active,
+        ripple=np.full(n_objects, system.ripple),
+        min_rate=np.full(n_objects, min_rate),
+        power=system.radio.power,
+        noise=system.radio.noise,
+        n_tx=system.array.n_tx,
+        alpha0=system.radio.alpha0,
+        spacing=system.array.spacing,
+        axis=system.array.axis,
+        resolution=system.coverage.resolution,
+        warm_start=warm_start,
     )
 
 
-def design_for(
+def problems_for(
     state: GaussianState, view: View, warm_start: ComplexArray | None = None
-) -> BatchAnswer:
-    """Return the beams that serve a belief's known objects and cover their uncertainty."""
+) -> ProblemBatch:
+    """Return the problems of serving a belief's known objects and covering their uncertainty."""
     halfwidth = coverage_halfwidth(state, view)
-    active = state.known & np.isfinite(halfwidth)
-    return design(
+    return problems_at(
         state.mean[..., 0],
         state.mean[..., 1],
         halfwidth,
-        active,
+        state.known & np.isfinite(halfwidth),
         view.system,
         min_rate=view.system.coverage.min_rate,
         warm_start=warm_start,

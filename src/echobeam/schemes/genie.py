@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from echobeam.beamforming.design import design_batch
 from echobeam.schemes.base import Decision, View
-from echobeam.schemes.coverage_design import design
+from echobeam.schemes.coverage_design import problems_at
 from echobeam.values import BoolArray, GaussianState, Measurement, Phase
 
 
@@ -35,7 +36,7 @@ class Genie:
 
     def beamform(self, prior: GaussianState, view: View) -> Decision:
         """Return the beams of largest sum rate, Eq. (38a) under (38b) alone."""
-        answer = design(
+        problems = problems_at(
             prior.mean[..., 0],
             prior.mean[..., 1],
             np.zeros(prior.known.shape),
@@ -43,6 +44,7 @@ class Genie:
             view.system,
             min_rate=0.0,
         )
+        answer = design_batch(problems)
         return Decision(answer.beams, answer.fallback)
 
     def listens(self, view: View) -> BoolArray:

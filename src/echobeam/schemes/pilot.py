@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from echobeam.beamforming.design import design_batch
 from echobeam.schemes import frame
 from echobeam.schemes.base import Decision, View
-from echobeam.schemes.coverage_design import design_for
+from echobeam.schemes.coverage_design import problems_for
 from echobeam.schemes.matched import matched_beams
 from echobeam.values import BoolArray, GaussianState, Measurement, Phase
 
@@ -52,7 +53,7 @@ class Pilot:
         return Decision(beams, held.fallback, memory=held)
 
     def _first_beams(self, view: View) -> Decision:
-        answer = design_for(view.posterior, view)
+        answer = design_batch(problems_for(view.posterior, view))
         decision = Decision(answer.beams, answer.fallback)
         return Decision(answer.beams, answer.fallback, memory=decision)
 
@@ -94,7 +95,7 @@ class PilotPredict(Pilot):
 
     def beamform(self, prior: GaussianState, view: View) -> Decision:
         """Return a coverage beam around each dead-reckoned angle."""
-        answer = design_for(prior, view)
+        answer = design_batch(problems_for(prior, view))
         return Decision(answer.beams, answer.fallback)
 
     def update(self, prior: GaussianState, measurement: Measurement, view: View) -> GaussianState:

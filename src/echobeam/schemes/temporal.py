@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from echobeam.beamforming.design import design_batch
+from echobeam.beamforming.problem import ProblemBatch
 from echobeam.schemes.base import Decision, View
-from echobeam.schemes.coverage_design import design_for
+from echobeam.schemes.coverage_design import problems_for
 from echobeam.schemes.frame import TrackingFrame
 from echobeam.values import ComplexArray, GaussianState
-
 
 COLD_EVERY = 8
 """Slots after which the beams are sought anew: what starts from the last slot's beams may stay on a
@@ -21,10 +22,14 @@ class Temporal(TrackingFrame):
 
     name: str = "temporal"
 
-    def beamform(self, prior: GaussianState, view: View) -> Decision:
-        """Return the optimised beams, mostly started from the last slot's."""
+    def problems(self, prior: GaussianState, view: View) -> ProblemBatch:
+        """Return what is designed, mostly started from the last slot's beams."""
         directional = view.slot_in_frame - 2  # The frame's first slot is omnidirectional.
         last = view.memory if directional % COLD_EVERY else None
         warm: ComplexArray | None = last  # type: ignore[assignment]
-        answer = design_for(prior, view, warm)
+        return problems_for(prior, view, warm)
+
+    def beamform(self, prior: GaussianState, view: View) -> Decision:
+        """Return the optimised beams."""
+        answer = design_batch(self.problems(prior, view))
         return Decision(answer.beams, answer.fallback, memory=answer.beams)
