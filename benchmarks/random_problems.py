@@ -157,10 +157,10 @@ def _limited(seconds: float) -> Iterator[None]:
 
 def report(rows: list[dict[str, Any]]) -> str:
     """Return the table, and the problems that miss a target."""
-    unnamed = [r for r in rows if r["status"] != "optimal" and not _named(r["message"])]
+    unnamed = [r for r in rows if r["status"] != "optimal" and not named(r["message"])]
     worst = max(r["violation"] for r in rows)
-    compared = [r for r in rows if r["sdp"] is not None and _comparable(r)]
-    below = [r for r in compared if _loss(r) > WORSE]
+    compared = [r for r in rows if r["sdp"] is not None and comparable(r)]
+    below = [r for r in compared if loss(r) > WORSE]
     times = np.quantile([r["seconds"] for r in rows], [0.5, 0.9, 0.99, 1.0])
     statuses = {s: sum(r["status"] == s for r in rows) for s in ("optimal", "fallback")}
     lines = [
@@ -169,28 +169,30 @@ def report(rows: list[dict[str, Any]]) -> str:
         f"largest violation          {worst:.1e}"
         f"  ({sum(r['violation'] > FEASIBLE for r in rows)} above {FEASIBLE:g})",
         f"below the relaxation by more than {WORSE:g}: {len(below)} of {len(compared)} compared"
-        f" (largest {max((_loss(r) for r in compared), default=0.0):.1e})",
+        f" (largest {max((loss(r) for r in compared), default=0.0):.1e})",
         f"CPU seconds: median {times[0]:.3f}, 90 % {times[1]:.3f}, 99 % {times[2]:.3f},"
         f" most {times[3]:.3f}",
     ]
     lines += [f"unnamed: {_described(r)} {r['message']}" for r in unnamed]
     lines += [f"violation {r['violation']:.1e}: {_described(r)}" for r in rows
               if r["violation"] > FEASIBLE]  # fmt: skip
-    lines += [f"below by {_loss(r):.1e}: {_described(r)}" for r in below]
+    lines += [f"below by {loss(r):.1e}: {_described(r)}" for r in below]
     lines += [f"left to the relaxation: {_described(r)}" for r in rows if not r["direct"]]
     return "\n".join(lines)
 
 
-def _named(message: str) -> bool:
+def named(message: str) -> bool:
+    """Tell whether a message says which object is at fault."""
     return "object" in message
 
 
-def _comparable(row: dict[str, Any]) -> bool:
+def comparable(row: dict[str, Any]) -> bool:
     """Tell whether the relaxation's answer keeps what the fast one keeps."""
     return row["sdp_status"] == "optimal" and row["sdp_violation"] <= FEASIBLE
 
 
-def _loss(row: dict[str, Any]) -> float:
+def loss(row: dict[str, Any]) -> float:
+    """Return by how much a row's objective lies below the relaxation's, relative."""
     if row["status"] != "optimal":
         return 1.0
     return 1.0 - row["objective"] / row["sdp"]

@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from echobeam.beamforming.direct import contest, solve_batch
+from echobeam.beamforming.objective import rates
+from echobeam.beamforming.problem import ProblemBatch
+
+CLOSE = np.array([60.0, 62.5, 66.0, 69.0, 74.0])
+
+
+def _batch(angles: np.ndarray, n_tx: int, power: float) -> ProblemBatch:
+    count = angles.size
+    return ProblemBatch(
+        angles=np.radians(angles)[np.newaxis],
+        distances=np.linspace(110.0, 180.0, count)[np.newaxis],
+        coverage_halfwidths=np.full((1, count), np.radians(0.5)),
+        active=np.ones((1, count), dtype=bool),
+        ripple=np.full(count, 0.3 * n_tx),
+        min_rate=np.zeros(count),
+        power=power,
+        noise=1.0,
+        n_tx=n_tx,
+    )
+
+
+def _subset(batch: ProblemBatch, members: tuple[int, ...]) -> ProblemBatch:
+    active = np.zeros(batch.active.shape, dtype=bool)
+    active[:, list(members)] = True
+    return replace(batch, active=active)
+
+
+def test_neighbours_differ_by_one_object_or_one_swap() -> None:
+    served = np.array([True, True, False, False])
+    found = {tuple(row.tolist()) for row in contest._neighbours(served)}
+    every = [np.array([code >> bit & 1 for bit in range(4)]) > 0 for code in range(1, 16)]
+    expected = set()
+    for other in every:
+        added, removed = np.sum(other & ~served), np.sum(served & ~other)
+        if added + removed <= 1 or added == removed == 1:
+            expected.add(tuple(other.tolist()))
+    assert found == expected
+
+
+def test_of_the_neighbours_of_one_object_none_is_empty() -> None:
+    assert all(row.any() for row in contest._neighbours(np.array([False, True, False])))
+
+
+def test_uneven_shares_sum_to_one_and_favour_the_set() -> None:
+    shares = contest._shares(np.array([[True, False, True], [False, True, False]]))
+    np.testing.assert_allclose(shares.sum(axis=1), 1.0)
+    assert np.all(shares[0, [0, 2]] > 10.0 * shares[0, 1])
+
+
+@pytest.mark.parametrize(("count", "n_tx"), [(3, 12), (4, 10)])
+def test_serving_all_is_no_worse_than_designing_for_any_set_alone(count: int, n_tx: int) -> None:
+    batch = _batch(CLOSE[:count], n_tx, 3e4)
+    best = solve_batch(batch, compiled=False)
+    assert best.converged.all()
+    for size in range(1, count):
+        for members in combinations(range(count), size):
+            alone = solve_batch(_subset(batch, members), compiled=False)
+            # What these beams reach for all objects is feasible for the whole problem.
+            reached = float(np.sum(rates(batch.problem(0), alone.beams[0])))
+            assert best.objective[0] >= reached * (1.0 - 1e-5)
+
+
+@pytest.mark.slow
+def test_adding_dropping_and_swapping_find_what_trying_every_set_finds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for n_tx, power in ((10, 1e4), (12, 3e4), (16, 1e5)):
+        batch = _batch(CLOSE, n_tx, power)
+        found = solve_batch(batch, compiled=False)
+        with monkeypatch.context() as patch:
+            patch.setattr(contest, "FEW", CLOSE.size)
+            every = solve_batch(batch, compiled=False)
+        assert found.objective[0] >= every.objective[0] * (1.0 - 1e-5)
