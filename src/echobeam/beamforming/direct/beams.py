@@ -99,6 +99,15 @@ def node_count(lobes: Array) -> IntArray:
     return count
 
 
+def point_counts(nodes: int) -> tuple[int, int]:
+    """Return how many points of a cover are imposed first, and how many are kept to spare.
+
+    Over very wide covers a pattern touches its limits at so many places that too few spare points
+    are passed from one to the other without end.
+    """
+    return max(2 * nodes + 1, 6 * nodes - 23), max(nodes + 1, 4 * nodes - 35)
+
+
 def cover_phases(
     angles: Array, halfwidths: Array, resolution: float, spacing: float, axis: Axis
 ) -> tuple[Array, BoolArray]:
@@ -138,9 +147,7 @@ def beam_set(phases: Array, mask: BoolArray, n_tx: int, ripple: Array, nodes: in
         n_tx == 1
     ):  # No other direction exists; an idle coordinate keeps the shapes from being empty.
         basis = np.concatenate([basis, np.zeros_like(basis)], axis=2)
-    # Over very wide covers a pattern touches its limits at so many places that too few spare points
-    # are passed from one to the other without end.
-    spare_points = max(nodes + 1, 4 * nodes - 35)
+    even, spare_points = point_counts(nodes)
     return BeamSet(
         basis=basis,
         phases=phases,
@@ -148,7 +155,7 @@ def beam_set(phases: Array, mask: BoolArray, n_tx: int, ripple: Array, nodes: in
         others=others,
         low=low,
         high=high,
-        points=_first_points(mask, max(2 * nodes + 1, 6 * nodes - 23), spare_points),
+        points=_first_points(mask, even, spare_points),
         ripple=ripple.reshape(-1) / n_tx,
         spare=spare_points,
     )

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.beamforming.direct import beams
 from echobeam.beamforming.direct.beams import EXTRA_NODES, WIDE
 from echobeam.beamforming.direct.compiled.decorate import compiled
 from echobeam.beamforming.direct.compiled.linear import orthonormal
 from echobeam.beamforming.direct.compiled.steering import fill_steering
 from echobeam.values import Array, IntArray
+
+point_counts = compiled(beams.point_counts)
+"""`beams.point_counts`, compiled."""
 
 
 @compiled

@@ -18,12 +18,19 @@ from echobeam.beamforming.direct.climb import (
     STALLED,
     STALLED_POWERS,
     UNFINISHED,
+    UNKEPT,
     UNPROVED,
     WIDE_NODES,
 )
 from echobeam.beamforming.direct.compiled import powers as uplink
 from echobeam.beamforming.direct.compiled.arrays import copy_into, scaled_identity
-from echobeam.beamforming.direct.compiled.beams import beam_basis, first_points, node_count, reduce
+from echobeam.beamforming.direct.compiled.beams import (
+    beam_basis,
+    first_points,
+    node_count,
+    point_counts,
+    reduce,
+)
 from echobeam.beamforming.direct.compiled.decorate import compiled
 from echobeam.beamforming.direct.compiled.grid import impose, patch, relative_excess
 from echobeam.beamforming.direct.compiled.linear import factor
@@ -134,8 +141,7 @@ def set_out(covers: Covers, n_tx: int, chirp: float, warm: ComplexArray) -> Shap
             most = max(most, covers.phases[beam, point])
         low_phase[beam], high_phase[beam] = least, most
     nodes = node_count(low_phase, high_phase, n_tx)
-    spare = nodes + 1
-    count = max(2 * nodes + 1, 6 * nodes - 23)
+    count, spare = point_counts(nodes)
     m, n = count + spare, min(n_tx, n_objects + nodes + 1) - 1
     heard = n_objects - 1
     shapes = Shapes(
@@ -268,7 +274,7 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int
             looked[beam] |= ready
             if looked[beam]:
                 worst = excess_of(covers, shapes, beam, weights, excess[beam])
-                settled &= worst < max(MISSED, UNFINISHED * powers.leeway[beam])
+                settled &= worst < max(MISSED, min(UNFINISHED * powers.leeway[beam], UNKEPT))
         if settled:
             return count
         for beam in range(n_objects):
@@ -362,15 +368,18 @@ def harvest(
         bit/s/Hz, and whether powers exist that reach the SINRs.
     """
     n_objects, size = covers.phases.shape
+    n_tx = beams.shape[1]
     power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
     excess = np.empty(size)
     listen(shapes, power, leak)
     for beam in range(n_objects):
         worst = excess_of(covers, shapes, beam, beams[beam], excess)
-        patch(shapes.z[beam], worst)
-        # Over a wide cover the spare direction reaches the grid a little.
-        if worst > MISSED:
-            patch(shapes.z[beam], excess_of(covers, shapes, beam, beams[beam], excess))
+        # A cover that takes all directions leaves none to spare; over a wide one the spare one
+        # reaches the grid a little.
+        if shapes.basis.shape[1] < n_tx:
+            patch(shapes.z[beam], worst)
+            if worst > MISSED:
+                patch(shapes.z[beam], excess_of(covers, shapes, beam, beams[beam], excess))
         lift(shapes.basis[beam], shapes.z[beam], beams[beam])
         power[beam] = power_of(shapes.z[beam])
     for _ in range(3):
