@@ -83,10 +83,11 @@ class _Rivals:
     """
 
     def __init__(self, n_objects: int) -> None:
-        every = np.arange(1, 2**n_objects - 1)
-        sets = every[:, np.newaxis] >> np.arange(n_objects) & 1 > 0
         if n_objects > FEW:
             sets = np.concatenate([~np.eye(n_objects, dtype=bool), np.ones((1, n_objects)) > 0])
+        else:
+            every = np.arange(1, 2**n_objects - 1)
+            sets = every[:, np.newaxis] >> np.arange(n_objects) & 1 > 0
         self.wanted: BoolArray = sets
         self.served: BoolArray = sets[:0]
         self.share: Array = np.zeros((0, n_objects))
