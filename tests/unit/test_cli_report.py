@@ -10,6 +10,7 @@ import pytest
 
 import echobeam as eb
 from echobeam.cli.report import json_report, text_report
+from echobeam.simulation.decisions import DecisionTime
 from echobeam.simulation.summary import summarise
 
 SCENARIO = eb.load_scenario("paper-single")
@@ -47,3 +48,16 @@ def test_what_is_not_defined_is_null_in_json(result):
     assert held["angle_over_bound"] == [None] * 10
     assert np.isfinite(held["rate_over_genie"]).all()
     assert document["schemes"]["genie"]["frame_rate_over_genie"] == pytest.approx(1.0)
+    assert document["decision_seconds"] is None
+
+
+def test_times_of_decisions_stand_outside_the_schemes(result):
+    taken = {"genie": DecisionTime(2.5e-4, 1.25e-3), "omni": DecisionTime(np.nan, np.nan)}
+    document = json.loads(json_report(result, SCENARIO, Path("r.nc"), taken))
+    assert document["decision_seconds"] == {
+        "genie": {"mean": 2.5e-4, "p99": 1.25e-3}, "omni": {"mean": None, "p99": None},
+    }  # fmt: skip
+    assert "decision_seconds" not in document["schemes"]["genie"]
+    (line,) = [x for x in text_report(result, SCENARIO, Path("r.nc"), taken).splitlines()
+               if x.startswith("decision")]  # fmt: skip
+    assert line.endswith("ms, mean (99th percentile): genie 0.25 (1.25)")

@@ -11,16 +11,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from echobeam.scenario.model import Scenario
+from echobeam.simulation.decisions import Decisions
 from echobeam.simulation.summary import GENIE, SchemeSummary, improvement, summarise
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_ROWS = 60
+DECISION_WORDS = "decision per trial and slot on this machine, ms, mean (99th percentile)"
 
 
-def json_report(result: xr.Dataset, scenario: Scenario, path: Path) -> str:
-    """Return the summary as strict JSON: what is not a number is null."""
+def json_report(
+    result: xr.Dataset, scenario: Scenario, path: Path, decisions: Decisions | None = None
+) -> str:
+    """Return the summary as strict JSON: what is not a number is null.
+
+    Parameters
+    ----------
+    result, scenario, path
+        What was run, and where it is.
+    decisions
+        How long the schemes took; None if the result was there already.
+    """
     figures = summarise(result, scenario)
     headline = improvement(result)
     document = {
@@ -35,8 +47,23 @@ def json_report(result: xr.Dataset, scenario: Scenario, path: Path) -> str:
         "improvement": None
         if headline is None
         else {key: getattr(headline, key) for key in type(headline).__slots__},
+        "decision_seconds": None if decisions is None else seconds(decisions),
     }
     return json.dumps(plain(document), indent=1, allow_nan=False)
+
+
+def seconds(decisions: Decisions) -> dict[str, dict[str, float]]:
+    """Return times of decisions as JSON has them."""
+    return {name: {"mean": one.mean, "p99": one.p99} for name, one in decisions.items()}
+
+
+def milliseconds(decisions: Decisions) -> dict[str, str]:
+    """Return mean and 99th percentile of the schemes that decide, as they are printed."""
+    return {
+        name: f"{1e3 * one.mean:.3g} ({1e3 * one.p99:.3g})"
+        for name, one in decisions.items()
+        if math.isfinite(one.mean)
+    }
 
 
 def plain(value: object) -> object:
@@ -52,7 +79,9 @@ def plain(value: object) -> object:
     return value
 
 
-def text_report(result: xr.Dataset, scenario: Scenario, path: Path) -> str:
+def text_report(
+    result: xr.Dataset, scenario: Scenario, path: Path, decisions: Decisions | None = None
+) -> str:
     """Return the table of mean sum rates with 95 % intervals, and what stands out."""
     figures = summarise(result, scenario)
     exponent = _exponent(figures)
@@ -77,6 +106,10 @@ def text_report(result: xr.Dataset, scenario: Scenario, path: Path) -> str:
         said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in lost.items())
         lines.append(f"objects without a track in the last slot: {said}")
     lines += _notes(figures, scenario)
+    taken = milliseconds(decisions or {})
+    if taken:
+        said = ", ".join(f"{name} {one}" for name, one in taken.items())
+        lines.append(f"{DECISION_WORDS}: {said}")
     lines.append(f"result: {path}")
     return "\n".join(lines)
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 import contextlib
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from echobeam.cli import options
+
+if TYPE_CHECKING:
+    from echobeam.store.recorded import Done
 
 
 @click.command("run")
@@ -60,16 +64,18 @@ def command(
             force=force,
         )
         with progress_bar(asked.scenario.name, quiet=quiet) as progress:
-            anything = record(recording, progress)
-    if not anything and not quiet:
+            done = record(recording, progress)
+    if not done.anything and not quiet:
         click.echo(f"{recording.out}: is complete, nothing was to be done", err=True)
     if as_json or not quiet:
-        click.echo(_report(recording.out, asked, as_json=as_json))
+        click.echo(_report(recording.out, asked, done, as_json=as_json))
 
 
-def _report(path: Path, asked: options.Asked, *, as_json: bool) -> str:
+def _report(path: Path, asked: options.Asked, done: Done, *, as_json: bool) -> str:
     from echobeam.cli.report import json_report, text_report
     from echobeam.store.result import open_result
 
+    report = json_report if as_json else text_report
+    decisions = done.decisions[0] if done.decisions else None
     with open_result(path) as result:
-        return (json_report if as_json else text_report)(result, asked.scenario, path)
+        return report(result, asked.scenario, path, decisions)

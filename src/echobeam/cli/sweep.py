@@ -17,6 +17,8 @@ from echobeam.cli import options
 if TYPE_CHECKING:
     import xarray as xr
 
+    from echobeam.store.recorded import Done
+
 
 @click.command("sweep")
 @click.argument("scenario")
@@ -91,36 +93,58 @@ def command(
             force,
         )
         with progress_bar(f"{name}: {grid.size} points", quiet=quiet) as progress:
-            anything = record_sweep(sweep, progress)
-    if not anything and not quiet:
+            done = record_sweep(sweep, progress)
+    if not done.anything and not quiet:
         click.echo(f"{target}: is complete, nothing was to be done", err=True)
     if quiet and not as_json:
         return
     with open_sweep(target) as dataset:
         keys = [axis.key for axis in grid.axes]
-        click.echo(_json(dataset, name, target, keys) if as_json else _table(dataset, target))
+        report = (
+            _json(dataset, name, target, keys, done) if as_json else _table(dataset, target, done)
+        )
+        click.echo(report)
 
 
-def _table(dataset: xr.Dataset, path: Path) -> str:
-    """Return mean sum rates over the grid, a row per point and a column per scheme."""
-    frame = dataset["frame_rate_mean"].to_dataframe()["frame_rate_mean"].unstack("scheme")
-    rows = frame[dataset["scheme"].values].to_string()
-    return f"mean sum rate, bit/s/Hz\n\n{rows}\n\nresult: {path}"
+def _table(dataset: xr.Dataset, path: Path, done: Done) -> str:
+    """Return mean sum rates and times over the grid, a row per point and a column per scheme."""
+    import numpy as np
+
+    from echobeam.cli.report import DECISION_WORDS, milliseconds
+
+    rates = dataset["frame_rate_mean"]
+    lines = ["mean sum rate, bit/s/Hz", "", _unstacked(rates), ""]
+    taken = [milliseconds(decisions) for decisions in done.decisions]
+    if any(taken):
+        cells = [one.get(str(name), "") for one in taken for name in rates["scheme"].values]
+        times = rates.copy(data=np.array(cells, dtype=object).reshape(rates.shape))
+        lines += [DECISION_WORDS, "", _unstacked(times), ""]
+    return "\n".join([*lines, f"result: {path}"])
 
 
-def _json(dataset: xr.Dataset, name: str, path: Path, keys: list[str]) -> str:
+def _unstacked(values: xr.DataArray) -> str:
+    """Return values as text, the schemes as columns."""
+    frame = values.to_dataframe()[values.name].unstack("scheme")
+    return str(frame[values["scheme"].values].to_string())
+
+
+def _json(dataset: xr.Dataset, name: str, path: Path, keys: list[str], done: Done) -> str:
     """Return every figure of every point as strict JSON: what is not a number is null."""
     import numpy as np
 
-    from echobeam.cli.report import plain
+    from echobeam.cli.report import plain, seconds
 
+    points = [_point(at, path) for at in _along(dataset, keys)]
+    taken = [seconds(one) for one in done.decisions] if done.decisions else [None] * len(points)
     document = {
         "scenario": name,
         "seed": int(dataset.attrs["seed"]),
         "trials": np.asarray(dataset.attrs["trials"]).tolist(),
         "result": str(path),
         "vary": {key: dataset[key].values for key in keys},
-        "points": [_point(at, path) for at in _along(dataset, keys)],
+        "points": [
+            {**point, "decision_seconds": one} for point, one in zip(points, taken, strict=True)
+        ],
     }
     return json.dumps(plain(document), indent=1, allow_nan=False)
 

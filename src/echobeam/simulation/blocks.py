@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.base import Scheme, SchemeError
+from echobeam.simulation.decisions import SECONDS
 from echobeam.simulation.loop import SlotRecord, run_slots
 from echobeam.simulation.motion import Motion, plan_motion
 from echobeam.simulation.randomness import Stream, standard_normals
@@ -52,7 +53,8 @@ class Block:
         Number of the block's first trial.
     arrays
         ``truth`` and ``present`` as ``(trial, slot, ...)``, the others as
-        ``(scheme, trial, slot, ...)``; ``phase`` as ``(scheme, slot)``.
+        ``(scheme, trial, slot, ...)``; ``phase`` and the times of decisions (`SECONDS`) as
+        ``(scheme, slot)``.
     """
 
     first: int
@@ -92,7 +94,7 @@ def run_block(
     world = world_of(scenario, seed, trials, motion)
     runs = [_run_scheme(scenario, scheme, world, advance) for scheme in schemes]
     arrays: dict[str, npt.NDArray[np.generic]] = {
-        name: np.stack([run[name] for run in runs]) for name in (*PER_SCHEME, "phase")
+        name: np.stack([run[name] for run in runs]) for name in (*PER_SCHEME, "phase", SECONDS)
     }
     slots = range(scenario.n_slots)
     arrays["truth"] = np.stack([world.truth(slot) for slot in slots], axis=1)
@@ -113,6 +115,7 @@ def _run_scheme(
     beam = arrays["beam"]
     arrays["beam"] = np.stack([beam.real, beam.imag], axis=-1)
     arrays["phase"] = np.array([record.phase for record in records])
+    arrays[SECONDS] = np.array([record.decision_seconds for record in records])
     return arrays
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.base import Decision, Scheme, SchemeError, System, View
+from echobeam.simulation.decisions import rehearse
 from echobeam.simulation.world import World
 from echobeam.values import (
     PHASES,
@@ -30,7 +32,8 @@ class SlotRecord:
     """Everything that happened in one slot; leading axes as the run's.
 
     Names, shapes and units are those of the result file: states are rad, m, m/s; measurements
-    rad, s, Hz; beams sqrt(power); rates bit/s/Hz.
+    rad, s, Hz; beams sqrt(power); rates bit/s/Hz. ``decision_seconds`` is what `beamform` took
+    per trial, NaN in slots without it; no result file has it.
     """
 
     slot: int
@@ -49,6 +52,7 @@ class SlotRecord:
     rate: Array
     radar_snr: Array
     fallback: BoolArray
+    decision_seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +78,7 @@ def run_slots(scenario: Scenario, scheme: Scheme, world: World) -> Iterator[Slot
         truth = world.truth(slot)
         view = _view(scenario, scheme, world, slot, memory)
         prior = _read_only(_ask(scheme, "predict", view, view))
-        decision = _decide(scheme, prior, view)
+        decision, seconds = _decide(scheme, prior, view)
         sent = world.transmission(view.phase, decision.beams, slot)
         link = world.transmit(sent, truth)
         snr = world.echo(sent, truth)
@@ -99,6 +103,7 @@ def run_slots(scenario: Scenario, scheme: Scheme, world: World) -> Iterator[Slot
             rate=link.rate,
             radar_snr=snr,
             fallback=decision.fallback,
+            decision_seconds=seconds,
         )
 
 
@@ -184,13 +189,22 @@ def _ask(scheme: Scheme, method: str, view: View, *arguments: object) -> Any:
         ) from error
 
 
-def _decide(scheme: Scheme, prior: GaussianState, view: View) -> Decision:
-    """Return the scheme's decision, examined; no beams outside directional slots."""
+def _decide(scheme: Scheme, prior: GaussianState, view: View) -> tuple[Decision, float]:
+    """Return the decision and its seconds per trial; no beams outside directional slots."""
     shape = (*prior.known.shape, view.system.array.n_tx)
     if view.phase != "directional":
         nothing = np.full(shape, complex(np.nan, np.nan))
-        return Decision(nothing, np.zeros(shape[:-2], dtype=bool), view.memory)
+        return Decision(nothing, np.zeros(shape[:-2], dtype=bool), view.memory), np.nan
+    rehearse(scheme, prior, view)
+    begun = perf_counter()
     decision: Decision = _ask(scheme, "beamform", view, prior, view)
+    seconds = (perf_counter() - begun) / shape[0]
+    _examine(scheme, decision, view, shape)
+    return decision, seconds
+
+
+def _examine(scheme: Scheme, decision: Decision, view: View, shape: tuple[int, ...]) -> None:
+    """Refuse beams of the wrong shape, not finite or too strong; protect the others."""
     if decision.beams.shape != shape:
         raise SchemeError(
             f"scheme {scheme.name!r} sent beams of shape {decision.beams.shape} in slot "
@@ -208,7 +222,6 @@ def _decide(scheme: Scheme, prior: GaussianState, view: View) -> Decision:
             f"scheme {scheme.name!r} radiates {most:.6g} in slot {view.slot}; "
             f"at most radio.power = {allowed:.6g} is allowed"
         )
-    return decision
 
 
 def _spread(view: View, measurement: Measurement) -> Array:
@@ -220,7 +233,7 @@ def _spread(view: View, measurement: Measurement) -> Array:
 
 def first_trial(record: SlotRecord) -> SlotRecord:
     """Return the record of a block's first trial, without the leading axis."""
-    scalars = ("slot", "time", "phase")
+    scalars = ("slot", "time", "phase", "decision_seconds")
     fields = {
         name: getattr(record, name)[0] for name in SlotRecord.__slots__ if name not in scalars
     }

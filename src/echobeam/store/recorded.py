@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.load import trace_path
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.blocks import Block, cut, run_block
+from echobeam.simulation.decisions import SECONDS, Decisions, decision_times
 from echobeam.simulation.motion import plan_motion
 from echobeam.simulation.run import check_count, resolve_schemes
 from echobeam.store.block_files import BlockFiles, Job, digest
 from echobeam.store.result import open_result, write_result
 from echobeam.store.workers import HERE, Advance, Progress, Workers, do_all
 from echobeam.store.writing import check_writable, clear_leftovers
+from echobeam.values import Array
 from echobeam.version import __version__
 
 
@@ -45,6 +49,22 @@ class Recording:
     workers: Workers = HERE
     resume: bool = False
     force: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What was done on the way to a result.
+
+    Attributes
+    ----------
+    anything
+        Whether there was anything to do; what is finished and resumed is left as it is.
+    decisions
+        How long the schemes took to decide, at every point that was run; empty if nothing was.
+    """
+
+    anything: bool
+    decisions: tuple[Decisions, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +110,7 @@ class BlockWork:
         self.files.write(task, block)
 
 
-def record(recording: Recording, progress: Progress = lambda done, total: None) -> bool:
+def record(recording: Recording, progress: Progress = lambda done, total: None) -> Done:
     """Run a scenario to a result file.
 
     Parameters
@@ -100,8 +120,8 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
 
     Returns
     -------
-    bool
-        Whether there was anything to do; a finished run that is resumed is left as it is.
+    Done
+        With one point, whose times are those of all blocks, also of those that were there.
 
     Raises
     ------
@@ -116,7 +136,7 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     files = BlockFiles.beside(out)
     if recording.resume and not recording.force and _finished(recording, names):
         files.remove()
-        return False
+        return Done(anything=False)
     check_writable(out, force=recording.force)
     plan_motion(scenario, recording.seed, range(1))  # a trace that cannot be used says so now
     blocks = tuple(cut(scenario, recording.trials))
@@ -125,10 +145,19 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     with files.held(job, len(blocks), resume=recording.resume, force=recording.force):
         clear_leftovers(out)
         do_all(work, recording.workers, progress)
-        finished = (files.read(index) for index in range(len(blocks)))
+        timed: list[Array] = []
+        finished = _noting(timed, files, len(blocks))
         write_result(out, scenario, names, recording.seed, recording.trials, finished)
         files.remove()
-    return True
+    return Done(anything=True, decisions=(decision_times(timed, names),))
+
+
+def _noting(timed: list[Array], files: BlockFiles, count: int) -> Iterator[Block]:
+    """Yield blocks, one in memory at a time, and note how long their decisions took."""
+    for index in range(count):
+        block = files.read(index)
+        timed.append(np.asarray(block.arrays[SECONDS], dtype=float))
+        yield block
 
 
 def _finished(recording: Recording, names: Sequence[str]) -> bool:

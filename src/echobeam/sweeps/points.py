@@ -12,6 +12,7 @@ import numpy as np
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.blocks import SHARED, Block, cut, run_block
+from echobeam.simulation.decisions import SECONDS, Decisions, decision_times
 from echobeam.simulation.digest import Digest, digest, join
 from echobeam.simulation.motion import plan_motion
 from echobeam.simulation.run import check_count, resolve_schemes
@@ -61,7 +62,7 @@ class PointPiece:
         block = run_block(point.scenario, schemes, self.seed, self.trials, advance)
         figures = digest(block.arrays, point.scenario)
         kept = {KEPT + name: block.arrays[name] for name in point.keep}
-        return Block(block.first, {**figures, **kept})
+        return Block(block.first, {**figures, **kept, SECONDS: block.arrays[SECONDS]})
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +132,13 @@ class Study:
 
     def digest_of(self, index: int) -> Digest:
         """Return the digest of one point, its blocks joined in order."""
-        parts = [block.arrays for block in self._blocks(index, lambda name: KEPT not in name)]
+        parts = [block.arrays for block in self._blocks(index, _digested)]
         return join(parts)  # type: ignore[arg-type]
+
+    def decisions(self, index: int, names: Sequence[str]) -> Decisions:
+        """Return how long the schemes took to decide at one point."""
+        timed = [block.arrays[SECONDS] for block in self._blocks(index, SECONDS.__eq__)]
+        return decision_times(timed, names)  # type: ignore[arg-type]
 
     def kept(self, index: int) -> dict[str, Array]:
         """Return the arrays that one point keeps in full, as in a result: scheme, trial, ..."""
@@ -155,6 +161,10 @@ class Study:
         for task, (point, _) in enumerate(self.tasks):
             if point == index:
                 yield self.files.read(task, wanted)
+
+
+def _digested(name: str) -> bool:
+    return KEPT not in name and name != SECONDS
 
 
 def run_study(

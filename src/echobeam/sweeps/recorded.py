@@ -12,6 +12,7 @@ import numpy as np
 
 from echobeam.simulation.dataset import VARIABLES
 from echobeam.store.block_files import BlockFiles
+from echobeam.store.recorded import Done
 from echobeam.store.result import write_dataset, write_result
 from echobeam.store.workers import HERE, Progress, Workers, do_all
 from echobeam.store.writing import StoreError, check_writable, clear_leftovers, replacing
@@ -74,13 +75,13 @@ def point_path(out: Path, index: int) -> Path:
     return out.parent / f"{out.stem}-points" / f"{index + 1:04d}.nc"
 
 
-def record_sweep(sweep: Sweep, progress: Progress = lambda done, total: None) -> bool:
+def record_sweep(sweep: Sweep, progress: Progress = lambda done, total: None) -> Done:
     """Run a grid of scenarios to its files.
 
     Returns
     -------
-    bool
-        Whether there was anything to do; a finished sweep that is resumed is left as it is.
+    Done
+        With the times of every point, in the grid's order.
 
     Raises
     ------
@@ -93,7 +94,7 @@ def record_sweep(sweep: Sweep, progress: Progress = lambda done, total: None) ->
     names = scheme_names(study)
     if sweep.resume and not sweep.force and _finished(sweep, study):
         study.files.remove()
-        return _write_csv(sweep)
+        return Done(_write_csv(sweep))
     _check_places(sweep, study)
     with holding(study, resume=sweep.resume, force=sweep.force):
         clear_leftovers(sweep.out)
@@ -106,8 +107,9 @@ def record_sweep(sweep: Sweep, progress: Progress = lambda done, total: None) ->
             dataset["result"] = _point_names(sweep, study)
         write_dataset(sweep.out, dataset)
         _write_csv(sweep)
+        decisions = tuple(study.decisions(index, names) for index in range(len(study.points)))
         study.files.remove()
-    return True
+    return Done(anything=True, decisions=decisions)
 
 
 def open_sweep(path: Path) -> xr.Dataset:

@@ -1,0 +1,127 @@
+"""Times of decisions: what is measured, what it comes to, and where it must not appear."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import echobeam as eb
+from echobeam.faults import RunError
+from echobeam.simulation import decisions, loop
+from echobeam.simulation.blocks import run_block
+from echobeam.simulation.decisions import SECONDS, decision_times
+from echobeam.simulation.run import resolve_schemes
+from echobeam.store.block_files import BlockFiles
+from echobeam.store.recorded import Recording, record
+from echobeam.sweeps.grid import Grid, Varied
+from echobeam.sweeps.points import run_study, study_in
+from echobeam.sweeps.recorded import Sweep, record_sweep
+
+SCENARIO = eb.load_scenario("paper-single")
+LIGHT = ("water-filling", "omni")
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock on which every decision takes 3 s."""
+    ticks = itertools.count(0.0, 3.0)
+    monkeypatch.setattr(loop, "perf_counter", lambda: next(ticks))
+
+
+def test_a_blocks_time_is_shared_by_its_trials_and_omni_slots_have_none(clock):
+    block = run_block(SCENARIO, resolve_schemes(SCENARIO, LIGHT), 0, range(12))
+    water_filling, omni = block.arrays[SECONDS]
+    np.testing.assert_array_equal(water_filling, [np.nan] + [3.0 / 12.0] * 9)
+    assert np.isnan(omni).all()
+
+
+def test_mean_and_percentile_are_over_slots_and_blocks():
+    seconds = np.random.default_rng(0).exponential(1e-3, (3, 1, 40))
+    seconds[:, :, ::10] = np.nan
+    sorted_all = np.sort(seconds[np.isfinite(seconds)])
+    found = decision_times(list(np.concatenate([seconds, np.full((3, 1, 40), np.nan)], 1)), "ab")
+    assert found["a"].mean == pytest.approx(sorted_all.sum() / 108)
+    # rank 0.99 (n - 1) = 105.93 of 108 sorted values, interpolated
+    expected = 0.07 * sorted_all[105] + 0.93 * sorted_all[106]
+    assert found["a"].p99 == pytest.approx(expected)
+    assert np.isnan([found["b"].mean, found["b"].p99]).all()
+
+
+class Counting:
+    """A scheme's stand-in that notes how many trials it was asked about."""
+
+    def __init__(self, scheme, module):
+        self.scheme, self.asked = scheme, []
+        self.__class__ = type("Counting", (Counting,), {"__module__": module})
+
+    def __getattr__(self, name):
+        return getattr(self.scheme, name)
+
+    def beamform(self, prior, view):
+        self.asked.append(len(prior.mean))
+        return self.scheme.beamform(prior, view)
+
+
+def test_built_in_schemes_rehearse_once_and_users_never(monkeypatch):
+    monkeypatch.setattr(decisions, "_rehearsed", set())
+    (scheme,) = resolve_schemes(SCENARIO, ["water-filling"])
+    ours = Counting(scheme, "echobeam.schemes.water_filling")
+    theirs = Counting(scheme, "their.module")
+    blocks = [run_block(SCENARIO, [one], 0, range(5)) for one in (ours, ours, theirs)]
+    assert ours.asked == [1] + [5] * 9 + [5] * 9
+    assert theirs.asked == [5] * 9
+    for name in ("beam", "rate", "estimated"):
+        np.testing.assert_array_equal(blocks[0].arrays[name], blocks[1].arrays[name])
+
+
+def test_slots_tell_the_time_of_one_trial(clock):
+    first, second, *_ = eb.slots(SCENARIO, "water-filling")
+    assert np.isnan(first.decision_seconds)
+    assert second.decision_seconds == 3.0
+
+
+def small_blocks(monkeypatch):
+    monkeypatch.setattr("echobeam.simulation.blocks.MOST_TRIALS", 10)
+
+
+def test_a_resumed_run_counts_the_blocks_that_it_reads(tmp_path, monkeypatch, clock):
+    small_blocks(monkeypatch)
+    run = Recording(SCENARIO, LIGHT, 30, 0, tmp_path / "r.nc")
+
+    def stop(done, total):
+        if done > total / 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(RunError, match="1 of 3 blocks"):
+        record(run, stop)
+    files = BlockFiles.beside(run.out)
+    block = files.read(0)
+    block.arrays[SECONDS][0, 1:] = 0.6  # as if another day's machine had been slower
+    files.write(0, block)
+    done = record(replace(run, resume=True))
+    (found,) = done.decisions
+    assert found["water-filling"].mean == pytest.approx((0.6 + 0.3 + 0.3) / 3)
+    assert np.isnan(found["omni"].mean)
+    again = record(replace(run, resume=True))
+    assert (again.anything, again.decisions) == (False, ())
+
+
+def test_a_sweep_has_times_of_every_point_but_not_in_its_files(tmp_path, monkeypatch, clock):
+    small_blocks(monkeypatch)
+    grid = Grid("paper-single", (), (Varied("trials", ("4", "12")),))
+    sweep = Sweep(grid, LIGHT, None, 0, tmp_path / "s.nc", csv=tmp_path / "s.csv", full=True)
+    done = record_sweep(sweep)
+    # 12 trials are two blocks of six
+    assert [point["water-filling"].mean for point in done.decisions] == [3.0 / 4.0, 3.0 / 6.0]
+    for path in [*tmp_path.rglob("*.nc"), *tmp_path.rglob("*.csv")]:
+        assert b"timing" not in path.read_bytes(), path
+        assert b"decision" not in path.read_bytes(), path
+
+
+def test_digests_hold_no_times(tmp_path):
+    grid = Grid("paper-single", (), (Varied("radio.power", ("1", "2")),))
+    study = study_in(tmp_path / "b", grid.points(LIGHT, 2, ()), 0)
+    run_study(study)
+    assert SECONDS in study.files.read(0).arrays
+    assert SECONDS not in study.digest_of(0)
