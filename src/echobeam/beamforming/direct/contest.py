@@ -22,11 +22,18 @@ FEW = 4
 """Number of objects up to which every set of them is tried. Of more objects the sets are tried that
 leave out none or one, then what differs by one object or a swap from the best one, and so on."""
 
+SWAPPED = 10
+"""Number of objects up to which swaps are tried; beyond, they are too many."""
+
 LEFT_OUT = 1e-2
 """Share, relative to a served object's, of one that is left out at the start."""
 
 SERVED = 1e-3
 """Share, relative to the largest, from which an object counts as served."""
+
+MOST_TRIED = 2000
+"""Beams of all sets tried for a trial from which on no more sets are sought: some 250 sets of 8
+objects, one round of 20."""
 
 FOLLOWED = 4
 PROMISING = 0.1
@@ -103,7 +110,8 @@ class _Rivals:
         self.value = np.concatenate([self.value, np.where(np.isfinite(value), value, -np.inf)])
         self.wanted = self.wanted[:0]
         best = int(np.argmax(self.value))
-        if len(share[0]) > FEW and np.isfinite(self.value[best]):
+        goes_on = share.shape[1] > FEW and self.share.size < MOST_TRIED
+        if goes_on and np.isfinite(self.value[best]):
             centre = self.share[best] > SERVED * np.max(self.share[best])
             if centre.tobytes() not in self._around:
                 self._around.add(centre.tobytes())
@@ -119,7 +127,7 @@ def _neighbours(served: BoolArray) -> Iterator[BoolArray]:
         changed[first] ^= True
         if changed.any():
             yield changed
-        for second in range(first):
+        for second in range(first if served.size <= SWAPPED else 0):
             if served[first] != served[second]:
                 swapped = changed.copy()
                 swapped[second] ^= True
