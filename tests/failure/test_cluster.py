@@ -10,7 +10,8 @@ import pytest
 
 import echobeam as eb
 from echobeam.simulation.blocks import Block
-from echobeam.store.cluster import ClusterError, do_on_cluster
+from echobeam.store.cluster import ClusterError, compute, do_on_cluster
+from echobeam.store.engine import engine_here
 from echobeam.store.recorded import Recording, record
 from echobeam.store.workers import Workers
 
@@ -71,6 +72,37 @@ def test_no_scheduler_is_one_message(tmp_path, monkeypatch):
     monkeypatch.setattr("echobeam.store.cluster.PATIENCE", "1s")
     with pytest.raises(ClusterError, match=r"127\.0\.0\.1:9.*no scheduler answers"):
         record(recording(tmp_path / "r.nc", workers=Workers(dask="tcp://127.0.0.1:9")))
+    assert not list(tmp_path.iterdir())
+
+
+def other_solver():
+    """Make this process one in which the beams would come from another solver."""
+    from echobeam.store import engine
+
+    has_numba = engine.can_compile()
+    engine.can_compile = lambda: not has_numba
+
+
+def test_a_worker_with_another_solver_refuses():
+    ours = engine_here()
+    other = {"compiled": "numpy", "numpy": "compiled"}[ours.solver]
+    with pytest.raises(ClusterError, match=r"give other numbers.*beam solver.*there; install"):
+        compute(nap, 0, ours._replace(solver=other))
+    with pytest.raises(ClusterError, match=r"version 9\.9; there it is"):
+        compute(nap, 0, ours._replace(version="9.9"))
+    assert compute(nap, 7, ours)[0] == 7
+
+
+@pytest.mark.slow
+def test_a_cluster_with_another_solver_is_one_message(tmp_path):
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster:
+        with distributed.Client(cluster.scheduler_address) as client:
+            client.run(other_solver)
+        there = Workers(dask=cluster.scheduler_address)
+        with pytest.raises(ClusterError, match="would give other numbers"):
+            record(recording(tmp_path / "r.nc", trials=2, workers=there))
     assert not list(tmp_path.iterdir())
 
 

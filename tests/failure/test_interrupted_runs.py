@@ -1,6 +1,8 @@
 """Runs that are killed, blocks that are damaged, disks that are full: nothing is lost or mixed."""
 
+import configparser
 import os
+import re
 import resource
 import shutil
 import signal
@@ -16,7 +18,8 @@ import xarray as xr
 
 import echobeam as eb
 from echobeam.faults import RunError
-from echobeam.store.block_files import BlockFiles
+from echobeam.store.block_files import BlockFiles, Job
+from echobeam.store.engine import COMPUTING, engine_here
 from echobeam.store.recorded import Recording, record
 from echobeam.store.writing import StoreError
 
@@ -115,15 +118,60 @@ def test_blocks_of_another_run_are_refused_and_kept(tmp_path, monkeypatch):
     for different, changes in others.items():
         with pytest.raises(StoreError, match=rf"belong to another run \({different} differ\)"):
             record(recording(path, resume=True, **changes))
-    with monkeypatch.context() as patch:
-        patch.setattr("echobeam.store.recorded.__version__", "0.0.1")
-        with pytest.raises(StoreError, match=r"belong to another run \(version differ\)"):
-            record(recording(path, resume=True))
     with pytest.raises(StoreError, match="--resume, or --force"):
         record(recording(path))
     assert len(list(BlockFiles.beside(path).directory.glob("*.npz"))) == 2
     record(recording(path, force=True))
     assert path.exists()
+
+
+HERE = engine_here()
+OTHERS = {
+    "version": (HERE._replace(version="0.0.1"), f"version 0.0.1; here it is {HERE.version}"),
+    "sources": (HERE._replace(sources="?"), f"other code of version {HERE.version} than here"),
+}
+
+
+@pytest.mark.parametrize(("begun", "words"), OTHERS.values(), ids=OTHERS)
+def test_blocks_of_other_code_are_refused(tmp_path, begun, words):
+    files = BlockFiles(tmp_path / "b")
+    with files.held(Job("run", (), (), (), 0, 1, begun), 1, resume=False, force=False):
+        pass
+    resumed = Job("run", (), (), (), 0, 1)
+    with pytest.raises(StoreError, match=re.escape(f"begun with {words})")):
+        files.held(resumed, 1, resume=True, force=False).__enter__()
+    (files.directory / "job.json").write_text('{"kind": "run"}')
+    with pytest.raises(StoreError, match="begun with other code"):
+        files.held(resumed, 1, resume=True, force=False).__enter__()
+
+
+@pytest.mark.parametrize(
+    ("begun", "now", "words"),
+    [
+        (True, False, "begun with the compiled beam solver; Numba is not installed here"),
+        (False, True, "begun with the beam solver without compilation; Numba is installed here"),
+    ],
+)
+def test_blocks_with_and_without_the_compiled_solver_are_not_mixed(
+    tmp_path, monkeypatch, begun, now, words
+):
+    path = tmp_path / "r.nc"
+    monkeypatch.setattr("echobeam.store.engine.can_compile", lambda: begun)
+    interrupted(path)
+    monkeypatch.setattr("echobeam.store.engine.can_compile", lambda: now)
+    with pytest.raises(StoreError, match=words):
+        record(recording(path, resume=True))
+    monkeypatch.setattr("echobeam.store.engine.can_compile", lambda: begun)
+    record(recording(path, resume=True))
+
+
+def test_the_rooms_that_compute_are_those_below_the_simulation():
+    """A block is what the simulation and all that it may import make of a job."""
+    rules = configparser.ConfigParser()
+    assert rules.read(Path(__file__).parents[2] / ".importlinter")
+    layers = rules["importlinter:contract:rooms"]["layers"].split()
+    below = [room for room in layers[layers.index("simulation") :] if room != "|"]
+    assert set(COMPUTING) == set(below) - {"faults"}
 
 
 def test_what_killed_processes_left_is_cleared(tmp_path):

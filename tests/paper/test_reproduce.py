@@ -1,7 +1,12 @@
 """`echobeam reproduce` as a user meets it, on the cheapest figures."""
 
 import csv
+import errno
 import json
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -61,6 +66,37 @@ def test_unknown_ids_and_impossible_places_are_refused(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="file: cannot be made"):
         reproduce("approx", "--out", tmp_path / "file")
+    with pytest.raises(InputError, match="below: cannot be made: Not a directory"):
+        reproduce("approx", "--out", tmp_path / "file" / "below")
+
+
+@pytest.mark.parametrize("figure", ["approx", "t4"], ids=["without trials", "with trials"])
+def test_a_folder_that_cannot_be_written_to_is_refused_before_any_work(
+    tmp_path, monkeypatch, figure
+):
+    touch = Path.touch
+
+    def refuse(path, *arguments, **further):
+        if path.parent == tmp_path:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+        touch(path, *arguments, **further)
+
+    monkeypatch.setattr(Path, "touch", refuse)
+    with pytest.raises(InputError, match=": cannot be written to: Permission denied") as refused:
+        reproduce(figure, "--out", tmp_path)
+    assert str(refused.value).startswith(str(tmp_path))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="no /proc here")
+def test_a_place_that_is_no_folder_to_write_to_exits_with_2_and_one_line():
+    command = [sys.executable, "-c", "from echobeam.cli.main import main; main()"]
+    done = subprocess.run(
+        [*command, "reproduce", "approx", "--out", "/proc"], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    assert "/proc: cannot be written to" in done.stderr
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from echobeam.reproduction.report import write_claims
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import Setup
 from echobeam.store.workers import HERE, Progress, Workers
-from echobeam.store.writing import StoreError
+from echobeam.store.writing import StoreError, make_writable
 from echobeam.sweeps.points import run_study, study_in
 
 TRIALS, QUICK_TRIALS = 200, 20
@@ -90,10 +90,7 @@ def setups_of(figures: Sequence[Figure]) -> list[Setup]:
 
 def _check(task: Reproduction, figures: Sequence[Figure]) -> None:
     """Make the directory; refuse to overwrite what was not asked to be overwritten."""
-    try:
-        task.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StoreError(f"{task.out}: cannot be made: {error.strerror}") from None
+    make_writable(task.out)
     there = [path for path in outputs(task, figures) if path.exists()]
     if there and not (task.force or task.resume):
         raise StoreError(

@@ -10,16 +10,19 @@ import shutil
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from echobeam.faults import InputError, RunError
 from echobeam.simulation.blocks import Block
+from echobeam.store.engine import Engine, differences, engine_here
 from echobeam.store.writing import StoreError, replacing
 
 MANIFEST = "job.json"
+ENGINE = "engine"
 FIRST = "first"
 """Under this name a block's file says which trial is its first."""
 
@@ -38,8 +41,10 @@ class Job:
         Names, or ``path/to/file.py:name``.
     inputs
         Digests of the files that the run reads besides: traces and users' schemes.
-    seed, trials, version
+    seed, trials
         As in the result.
+    engine
+        What computes; that of this process.
     """
 
     kind: str
@@ -48,7 +53,7 @@ class Job:
     inputs: tuple[str, ...]
     seed: int
     trials: int
-    version: str
+    engine: Engine = field(default_factory=engine_here)
 
     def digest(self) -> str:
         """Return a fingerprint: equal for the same job, different for any other."""
@@ -56,7 +61,7 @@ class Job:
 
     def text(self) -> str:
         """Return the job as it is kept beside its blocks, JSON."""
-        return json.dumps(asdict(self), indent=1)
+        return json.dumps({**asdict(self), ENGINE: self.engine._asdict()}, indent=1)
 
 
 def digest(path: Path) -> str:
@@ -166,21 +171,34 @@ class BlockFiles:
     def _check(self, job: Job) -> None:
         different = self._different(job)
         if different:
+            keys = [key for key in different if key != ENGINE]
+            reasons = [f"{', '.join(keys)} differ"] if keys else []
+            if ENGINE in different:
+                reasons.append(f"begun with {self._begun_with(job.engine)}")
             raise StoreError(
-                f"{self.directory}: its blocks belong to another run ({', '.join(different)} "
-                "differ); give another --out, or --force to begin anew"
+                f"{self.directory}: its blocks belong to another run ({'; '.join(reasons)}); "
+                "give another --out, or --force to begin anew"
             )
 
     def _different(self, job: Job) -> list[str]:
         """Return in what the job of the blocks that are there differs."""
+        found, wanted = self._manifest(), json.loads(job.text())
+        return [key for key in wanted if found.get(key) != wanted[key]]
+
+    def _begun_with(self, ours: Engine) -> str:
+        """Say what has computed the blocks that are there."""
+        try:
+            return differences(Engine(**self._manifest()[ENGINE]), ours)
+        except (KeyError, TypeError):
+            return "other code"
+
+    def _manifest(self) -> dict[str, Any]:
+        """Return the job of the blocks that are there, as it was written; empty if unreadable."""
         try:
             found = json.loads((self.directory / MANIFEST).read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            found = {}
-        wanted = json.loads(job.text())
-        return [
-            key for key in wanted if not isinstance(found, dict) or found.get(key) != wanted[key]
-        ]
+            return {}
+        return found if isinstance(found, dict) else {}
 
     def path(self, index: int) -> Path:
         """Return a block's file."""

@@ -7,11 +7,13 @@ that no shared file system is needed. A task whose worker dies is done again by 
 from __future__ import annotations
 
 import itertools
+import socket
 import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from echobeam.faults import InputError, RunError
+from echobeam.store.engine import Engine, differences, engine_here
 
 if TYPE_CHECKING:
     from echobeam.simulation.blocks import Block
@@ -42,7 +44,8 @@ def do_on_cluster(
     Raises
     ------
     ClusterError
-        If Dask is not installed, no scheduler answers, or it has no workers.
+        If Dask is not installed, no scheduler answers, it has no workers, or one of them would
+        compute other numbers than this process.
     RunError
         If a task's workers die again and again.
     """
@@ -62,11 +65,11 @@ def do_on_cluster(
         threads = sum(client.nthreads().values())
         if threads == 0:
             raise ClusterError(f"--dask {address}: the scheduler has no workers")
-        waiting = iter(missing)
+        waiting, ours = iter(missing), engine_here()
 
         def hand_out(count: int) -> list[Any]:
             return [
-                client.submit(compute, work.piece(task), task, pure=False)
+                client.submit(compute, work.piece(task), task, ours, pure=False)
                 for task in itertools.islice(waiting, count)
             ]
 
@@ -87,6 +90,18 @@ def do_on_cluster(
             progress(done, total)
 
 
-def compute(piece: Piece, task: int) -> tuple[int, Block]:
-    """Do one task, on a worker."""
+def compute(piece: Piece, task: int, wanted: Engine) -> tuple[int, Block]:
+    """Do one task, on a worker.
+
+    Raises
+    ------
+    ClusterError
+        If other numbers would come out here than where the work was handed out.
+    """
+    different = differences(wanted, engine_here(), "there")
+    if different:
+        raise ClusterError(
+            f"--dask: the worker on {socket.gethostname()} would give other numbers; this run was "
+            f"begun with {different}; install the same on both"
+        )
     return task, piece(lambda done: None)

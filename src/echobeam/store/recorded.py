@@ -185,7 +185,6 @@ def _job(recording: Recording) -> Job:
         inputs=input_digests(recording.scenario, recording.schemes),
         seed=recording.seed,
         trials=recording.trials,
-        version=__version__,
     )
 
 

@@ -51,9 +51,32 @@ def check_writable(path: Path, *, force: bool) -> None:
         raise StoreError(f"{path}: exists already; give another --out, or --force to replace it")
     if not path.parent.is_dir():
         raise StoreError(f"{path}: there is no directory {path.parent}")
-    probe = path.with_name(f".{path.name}.{os.getpid()}.probe")
     try:
-        probe.touch()
-        probe.unlink()
+        _probe(path)
     except OSError as error:
         raise StoreError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def make_writable(directory: Path) -> None:
+    """Make a directory if need be, and refuse one that cannot be written to.
+
+    Raises
+    ------
+    StoreError
+        Names the directory and what is wrong with it.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(f"{directory}: cannot be made: {error.strerror}") from None
+    try:
+        _probe(directory / "result")
+    except OSError as error:
+        raise StoreError(f"{directory}: cannot be written to: {error.strerror}") from None
+
+
+def _probe(path: Path) -> None:
+    """Try to write beside a path."""
+    probe = path.with_name(f".{path.name}.{os.getpid()}.probe")
+    probe.touch()
+    probe.unlink()

@@ -20,7 +20,6 @@ from echobeam.store.block_files import BlockFiles, Job
 from echobeam.store.recorded import input_digests
 from echobeam.store.workers import HERE, Advance, Progress, Workers, do_all
 from echobeam.values import Array
-from echobeam.version import __version__
 
 KEPT = "kept:"
 """Prefix of the full arrays that a block's file holds beside its digest."""
@@ -103,7 +102,6 @@ class Study:
             inputs=tuple(d for p in points for d in input_digests(p.scenario, p.schemes)),
             seed=self.seed,
             trials=max(point.trials for point in points),
-            version=__version__,
         )
 
     def sizes(self) -> list[int]:

@@ -1,0 +1,90 @@
+"""What numbers come from besides their job: version, beam solver and sources.
+
+The same job gives the same bits wherever these are the same.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from echobeam.beamforming.direct.batch import can_compile
+from echobeam.version import __version__
+
+COMPUTING = (
+    "simulation",
+    "schemes",
+    "tracking",
+    "beamforming",
+    "physics",
+    "estimation",
+    "scenario",
+    "traces",
+    "values",
+    "units",
+)
+"""Rooms that a block's numbers come from."""
+
+
+class Engine(NamedTuple):
+    """What computes.
+
+    Attributes
+    ----------
+    version
+        Of the package.
+    solver
+        "compiled" where Numba is installed, else "numpy": the two differ in the last digits.
+    sources
+        SHA-256 of the rooms that compute, for code that changes under one version.
+    """
+
+    version: str
+    solver: str
+    sources: str
+
+
+def engine_here() -> Engine:
+    """Return what computes in this process."""
+    return Engine(__version__, "compiled" if can_compile() else "numpy", _sources())
+
+
+@cache
+def _sources() -> str:
+    package = Path(__file__).parents[1]
+    rooms = [[package / f"{room}.py", *(package / room).rglob("*.py")] for room in COMPUTING]
+    digest = hashlib.sha256()
+    for path in sorted(path for room in rooms for path in room if path.is_file()):
+        digest.update(path.relative_to(package).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def differences(begun: Engine, ours: Engine, where: str = "here") -> str:
+    """Return in words with what work was begun that is not ``where`` it should go on; or nothing.
+
+    Parameters
+    ----------
+    begun
+        With what it was begun.
+    ours
+        What computes where it should go on.
+    where
+        The word for that place.
+    """
+    if begun.version != ours.version:
+        return f"version {begun.version}; {where} it is {ours.version}"
+    said = []
+    if begun.solver != ours.solver:
+        said.append(_SOLVER_WORDS[begun.solver].format(where=where))
+    if begun.sources != ours.sources:
+        said.append(f"other code of version {begun.version} than {where}")
+    return ", and with ".join(said)
+
+
+_SOLVER_WORDS = {
+    "compiled": "the compiled beam solver; Numba is not installed {where}",
+    "numpy": "the beam solver without compilation; Numba is installed {where}",
+}
