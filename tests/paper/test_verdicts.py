@@ -27,6 +27,9 @@ def verdict(rule: Rule, *numbers: tuple[float, float, float], names: str = "abcd
         ((300, 280, 320), "in part"),
         ((30, -5, 65), "not reproduced"),
         ((136, -10, 282), "not reproduced"),
+        ((136, 34, 279), "in part"),
+        ((136, 110, 165), "in part"),
+        ((136, 110, 162), "reproduced"),
         ((-20, -30, -10), "not reproduced"),
         ((np.nan, np.nan, np.nan), "not reproduced"),
     ],
@@ -40,7 +43,9 @@ def test_near_wants_the_value_near_and_the_sign_sure(ours, expected):
     [
         ([(2, 1, 3), (5, 4, 6)], "reproduced"),
         ([(2, 1, 3), (5, -4, 16)], "in part"),
-        ([(2, -1, 3), (5, -4, 16)], "in part"),
+        ([(2, -1, 3), (5, -4, 16)], "not reproduced"),
+        ([(3, -8, 14)], "not reproduced"),
+        ([(2, 1, 3), (-5, -6, -4)], "in part"),
         ([(2, -1, 3), (-5, -6, -4)], "not reproduced"),
         ([(0, 0, 0)], "not reproduced"),
         ([(np.nan, np.nan, np.nan)], "not reproduced"),
@@ -67,6 +72,20 @@ def test_inside_tells_range_from_neighbourhood(value, expected):
 
 
 @pytest.mark.parametrize(
+    ("ours", "expected"),
+    [
+        ((107, 101, 114), "reproduced"),
+        ((115, 106, 119), "in part"),
+        ((115, 100, np.inf), "not reproduced"),
+        ((107, -np.inf, 110), "not reproduced"),
+        ((np.nan, np.nan, np.nan), "not reproduced"),
+    ],
+)
+def test_inside_wants_an_interval_that_says_where(ours, expected):
+    assert verdict(inside(105, 110, 95, 120, "m"), ours) == expected
+
+
+@pytest.mark.parametrize(
     ("large", "small", "expected"),
     [(1.0, 2.0, "reproduced"), (0.2, 5.0, "in part"), (2.0, 2.0, "not reproduced"),
      (5.0, 1.0, "not reproduced"), (np.inf, np.inf, "not reproduced")],
@@ -74,6 +93,19 @@ def test_inside_tells_range_from_neighbourhood(value, expected):
 def test_within_falls_back_on_the_ordering(large, small, expected):
     rule = within({"a": (0.5, 1.5), "b": (1.5, 3.0)}, ("a", "b"))
     assert verdict(rule, (large,) * 3, (small,) * 3) == expected
+
+
+@pytest.mark.parametrize(
+    ("less", "more", "expected"),
+    [
+        ((1.0, 0.5, 1.5), (2.0, 1.5, 3.0), "reproduced"),
+        ((1.0, 0.2, 1.4), (2.0, 1.5, 3.0), "in part"),
+        ((1.0, 0.2, 1.5), (2.0, 1.0, 3.0), "not reproduced"),
+    ],
+)
+def test_within_wants_whole_intervals(less, more, expected):
+    rule = within({"a": (0.5, 1.5), "b": (1.5, 3.0)}, ("a", "b"))
+    assert verdict(rule, less, more) == expected
 
 
 def test_a_verdict_cannot_be_given_by_hand():
@@ -136,6 +168,10 @@ def test_numbers_are_written_with_their_interval():
     assert written(Estimate(0.01234, 0.01200, 0.01270)) == "0.01234 (0.01200 to 0.01270)"
     assert written(Estimate.exact(100.0), "%") == "100 %"
     assert written(Estimate(np.inf, 104.0, np.inf), "m") == "none (104 to none) m"
+    assert written(Estimate.exact(np.inf), "m") == "none"
+    assert written(Estimate.exact(0.5), "deg") == "0.5 deg"
+    assert written(Estimate.exact(0.15634), "%") == "0.156 %"
+    assert written(Estimate(3.0, 2.0, 3.0), "slot") == "slot 3 (2 to 3)"
     assert written(Estimate.exact(0.0), "deg") == "0 deg"
 
 
@@ -162,11 +198,11 @@ def test_claims_are_strict_json_whatever_was_measured():
 def test_the_sensitivity_map_is_judged_by_the_headline_rule():
     entries = [
         Entry("one object", "P_T = 2", Estimate(150.0, 130.0, 170.0), 136.0),
-        Entry("one object", "exact CRB", Estimate(61.0, 40.0, 82.0), 136.0),
+        Entry("one object", "exact CRB", Estimate(61.0, 40.0, 82.0), 136.0, 0.125),
         Entry("one object", "needle", Estimate(20.0, -5.0, 45.0), 136.0),
     ]
     text = page([], Results([], 20, 0), entries)
-    assert "| one object | P_T = 2 | 150 (130 to 170) % | 136.0 % | reproduced |" in text
-    assert "| exact CRB | 61 (40 to 82) % | 136.0 % | in part |" in text
-    assert "| needle | 20 (-5 to 45) % | 136.0 % | not reproduced |" in text
+    assert "| one object | P_T = 2 | 150 (130 to 170) % | 136.0 % | 0 % | reproduced |" in text
+    assert "| exact CRB | 61 (40 to 82) % | 136.0 % | 12.5 % | in part |" in text
+    assert "| needle | 20 (-5 to 45) % | 136.0 % | 0 % | not reproduced |" in text
     assert "Sensitivity" not in page([], Results([], 20, 0))

@@ -81,12 +81,15 @@ class Entry:
         In the paper's slot, per cent.
     paper
         The paper's value, per cent.
+    fallbacks
+        Share of directional slots whose beams were a fallback, in the scheme that had more.
     """
 
     objects: str
     change: str
     improvement: Estimate
     paper: float
+    fallbacks: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

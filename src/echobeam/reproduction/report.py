@@ -65,9 +65,10 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
         "",
         f"{len(findings)} claims: {said}. echobeam {__version__}, {results.trials} trials per "
         f"point, seed {results.seed}; intervals are 95 %. Verdicts are computed by the rules "
-        "below.",
+        "below, from intervals: where trials are too few to tell, the lesser verdict stands, and "
+        "more trials may change it.",
         "",
-        f"Calibrated, not given: {CALIBRATED}. Agreement is evidence for that reading of the "
+        f"Calibrated: {CALIBRATED}. Agreement is evidence for that reading of the "
         "paper, not an independent confirmation; the sensitivity map shows how much hangs on it.",
         "",
         "| Figure | Claim | Paper | Ours | Verdict |",
@@ -88,13 +89,15 @@ def _map(sensitivity: Sequence[Entry]) -> list[str]:
         "",
         "## Sensitivity of the headline improvements",
         "",
-        "Improvement in slot 6, one reading changed at a time from the default; judged by the "
-        "headline claims' rule.",
+        "Improvement in slot 6, one reading changed at a time from the default, with fewer trials; "
+        "judged by the headline claims' rule. Fallback: directional slots in which no beams met "
+        "all that was asked, in the scheme that had more of them.",
         "",
-        "| Scenario | Reading | Ours | Paper | Verdict |",
-        "|---|---|---|---|---|",
+        "| Scenario | Reading | Ours | Paper | Fallback | Verdict |",
+        "|---|---|---|---|---|---|",
         *(
             f"| {one.objects} | {one.change} | {written(one.improvement, '%')} | {one.paper} % | "
+            f"{100 * one.fallbacks:.3g} % | "
             f"{near(one.paper).decide(Measured({'improvement': one.improvement}))} |"
             for one in sensitivity
         ),
@@ -123,18 +126,23 @@ def _paragraph(finding: Finding) -> str:
 
 def written(estimate: Estimate, unit: str = "") -> str:
     """Return a number with its interval and unit as it is printed."""
-    digits = _decimals(estimate)
+    digits = 0 if unit == "slot" else _decimals(estimate)
     value, low, high = (
         f"{x:.{digits}f}" if math.isfinite(x) else "none"
         for x in (estimate.value, estimate.low, estimate.high)
     )
-    return f"{value} ({low} to {high}) {unit}".strip() if estimate.random else f"{value} {unit}"
+    number = f"{value} ({low} to {high})" if estimate.random else value
+    if unit == "slot":
+        return f"{unit} {number}"
+    return number if number == "none" else f"{number} {unit}".strip()
 
 
 def _decimals(estimate: Estimate) -> int:
     """Return decimals that show two digits of the interval's half-width, or three in all."""
-    if not estimate.random and estimate.value == round(estimate.value, 0):
-        return 0
+    if not estimate.random and math.isfinite(estimate.value):
+        plain = f"{estimate.value:.3g}"
+        if "e" not in plain:
+            return len(plain.partition(".")[2])
     half, size = (estimate.high - estimate.low) / 2, abs(estimate.value)
     scale = half if estimate.random and math.isfinite(half) else size / 10
     if not math.isfinite(scale) or scale == 0:

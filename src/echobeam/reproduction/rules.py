@@ -11,7 +11,8 @@ def near(paper: float, share: float = 0.2) -> Rule:
     """Compare the headline with a number that the paper prints.
 
     The paper gives no interval and not all of its parameters, so that a tolerance has to stand
-    for both; the sign is demanded of our whole interval.
+    for both. The sign is demanded of our whole interval, and agreement is claimed only where our
+    own number is known as well as the tolerance.
 
     Parameters
     ----------
@@ -26,11 +27,13 @@ def near(paper: float, share: float = 0.2) -> Rule:
         ours = measured.headline
         if not ours.low > 0:
             return "not reproduced"
-        return "reproduced" if low <= ours.value <= high else "in part"
+        known = (ours.high - ours.low) / 2 <= share * paper
+        return "reproduced" if known and low <= ours.value <= high else "in part"
 
     return Rule(
         f"reproduced: ours lies within {100 * share:.0f} % of the paper's value ({low:.0f} to "
-        f"{high:.0f}) and its interval above 0; in part: only the latter; else not reproduced",
+        f"{high:.0f}), known to plus or minus {share * paper:.0f}, its interval above 0; in part: "
+        "only the last; else not reproduced",
         decide,
     )
 
@@ -46,47 +49,48 @@ def all_below(bound: float) -> Rule:
 
 
 def within(targets: dict[str, tuple[float, float]], ordering: tuple[str, str]) -> Rule:
-    """Demand of named estimates that their values lie in given ranges.
+    """Demand of named estimates that their whole intervals lie in given ranges.
 
     Parameters
     ----------
     targets
         Range of each.
     ordering
-        Two names; if the ranges are missed but the first is below the second: in part.
+        Two names; if ranges are missed but the first's interval is below the second's: in part.
     """
 
     def decide(measured: Measured) -> Verdict:
         found = measured.estimates
-        if all(low <= found[name].value <= high for name, (low, high) in targets.items()):
+        if all(_inside(found[name], low, high) for name, (low, high) in targets.items()):
             return "reproduced"
-        less, more = (found[name].value for name in ordering)
-        return "in part" if less < more else "not reproduced"
+        less, more = (found[name] for name in ordering)
+        return "in part" if less.high < more.low else "not reproduced"
 
     ranges = ", ".join(f"{name} in {low:g} to {high:g}" for name, (low, high) in targets.items())
     return Rule(
-        f"reproduced: {ranges}; in part: only {ordering[0]} below {ordering[1]}; "
-        "else not reproduced",
+        f"reproduced: {ranges}, with their intervals; in part: only {ordering[0]} below "
+        f"{ordering[1]}, with their intervals; else not reproduced",
         decide,
     )
 
 
 def _all(words: str, holds: Callable[[Estimate], bool]) -> Rule:
-    def tends(measured: Measured) -> bool:
-        values = [Estimate.exact(one.value) for one in measured.estimates.values()]
-        return all(holds(value) for value in values)
-
     def decide(measured: Measured) -> Verdict:
         held = [holds(one) for one in measured.estimates.values()]
         if all(held):
             return "reproduced"
-        return "in part" if any(held) or tends(measured) else "not reproduced"
+        return "in part" if any(held) else "not reproduced"
 
     return Rule(
-        f"reproduced: the interval of every estimate lies {words}; in part: that of some, or only "
-        "all values; else not reproduced",
+        f"reproduced: the interval of every estimate lies {words}; in part: that of some; "
+        "else not reproduced",
         decide,
     )
+
+
+def _inside(one: Estimate, low: float, high: float) -> bool:
+    """Whether a whole interval lies in a range."""
+    return low <= one.low and one.high <= high
 
 
 def inside(low: float, high: float, least: float, most: float, unit: str) -> Rule:
@@ -97,19 +101,20 @@ def inside(low: float, high: float, least: float, most: float, unit: str) -> Rul
     low, high
         The paper's range.
     least, most
-        What was looked at; a value in there but outside the paper's range is half the claim.
+        What was looked at. An interval that reaches beyond tells nothing of where it is; one in
+        there whose value is outside the paper's range is half the claim.
     unit
         Of all of them.
     """
 
     def decide(measured: Measured) -> Verdict:
-        value = measured.headline.value
-        if low <= value <= high:
-            return "reproduced"
-        return "in part" if least <= value <= most else "not reproduced"
+        ours = measured.headline
+        if not _inside(ours, least, most):
+            return "not reproduced"
+        return "reproduced" if low <= ours.value <= high else "in part"
 
     return Rule(
-        f"reproduced: within {low:g} to {high:g} {unit}; in part: within {least:g} to {most:g} "
-        f"{unit}; else not reproduced",
+        f"reproduced: within {low:g} to {high:g} {unit}, its interval within {least:g} to "
+        f"{most:g} {unit}; in part: only the latter; else not reproduced",
         decide,
     )

@@ -70,7 +70,7 @@ def draw(results: Results) -> Picture:
             draw_as.curve(last, range(1, len(error) + 1), error, band, look, f"{n}")
             at = (float(len(error)), float(error[-1]))
             last.annotate(f"{n}", at, (4, 0), textcoords="offset points", va="center")
-    last.set_yscale("log")
+    style.scale_log(last)
     draw_as.slot_axis(last, 10)
     last.set_xlim(0.5, 11.6)
     last.set_title("error, by number of antennas")

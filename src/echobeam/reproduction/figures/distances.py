@@ -46,7 +46,7 @@ def draw(results: Results) -> Picture:
             slots = range(1, len(error) + 1)
             label = f"$N_t$ = $N_r$ = {n}"
             handles.append(draw_as.curve(axes, slots, error, band, look, label))
-        axes.set_yscale("log")
+        style.scale_log(axes)
         draw_as.slot_axis(axes, 10)
         one = outcome.scenario.model_copy(update={"objects": (outcome.scenario.objects[k],)})
         axes.set_title(f"object {k + 1}: {draw_as.objects(one)}")

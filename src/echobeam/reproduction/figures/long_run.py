@@ -66,7 +66,7 @@ def draw(results: Results) -> Picture:
         draw_as.curve(right, numbers, *mean_interval(values), style.SCHEME_LOOKS[scheme], scheme)
     handles.append(draw_as.curve(right, numbers, *mean_interval(gap), GAP, "gap between the two"))
     right.set(xticks=numbers, xlabel="Frame (100 ms each)", ylim=(0, None))
-    right.set_ylabel(f"Throughput of a frame ({draw_as.RATE_UNIT})")
+    right.set_ylabel(f"Throughput of a frame\n({draw_as.RATE_UNIT})")
     draw_as.titled(
         figure,
         "Long-term service of two objects",

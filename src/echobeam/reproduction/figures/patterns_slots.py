@@ -96,6 +96,7 @@ def _draw_slot(axes: Axes, outcome: Outcome, slot: int) -> None:
             va="top",
             color=style.object_look(k).colour,
             fontsize="small",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
         )
     axes.set_title(f"slot {slot}")
     _mark_truth(axes, outcome, slot)

@@ -148,7 +148,7 @@ def _draw_errors(axes: Axes, outcome: Outcome) -> None:
     for k in range(centre.shape[1]):
         look, band = style.object_look(k), np.stack([low[:, k], high[:, k]], axis=-1)
         draw_as.curve(axes, time, centre[:, k], band, look, f"object {k + 1}")
-    axes.set_yscale("log")
+    style.scale_log(axes)
     axes.set(xlabel="Time (s)", ylabel="Position error (m)")
 
 
