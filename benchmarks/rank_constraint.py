@@ -273,7 +273,7 @@ def reflection(gain: complex) -> None:
     ratio = eigenvalues[-2] / eigenvalues[-1]
     vector = best_vector(case)
     print(
-        f"gain {gain:4.1f}: relaxation {relaxed:.6f}, ripple missed by {missed:.0e},"
+        f"gain {gain:.1f}: relaxation {relaxed:.6f}, ripple missed by {missed:.0e},"
         f" lambda2/lambda1 {ratio:.1e}; best vector found {vector:.6f},"
         f" {100.0 * (1.0 - vector / relaxed):.2f} % less"
     )
@@ -302,7 +302,7 @@ class Pair:
 
 
 PAIRS = (
-    Pair("line, places 0 1 2 3", [(i, 0) for i in range(4)], 1, 2),
+    Pair("line, places 0 1 2 3", [(i, 0) for i in range(4)], 1, 3),
     Pair("line, places 0 1 3", [(0, 0), (1, 0), (3, 0)], 1, 2),
     Pair("plane, 2 x 2", [(0, 0), (1, 0), (0, 1), (1, 1)], 1, 2),
     Pair("plane, 2 x 3", [(i, j) for i in range(2) for j in range(3)], 3, 1),
