@@ -200,9 +200,11 @@ def test_the_sensitivity_map_is_judged_by_the_headline_rule():
         Entry("one object", "P_T = 2", Estimate(150.0, 130.0, 170.0), 136.0),
         Entry("one object", "exact CRB", Estimate(61.0, 40.0, 82.0), 136.0, 0.125),
         Entry("one object", "needle", Estimate(20.0, -5.0, 45.0), 136.0),
+        Entry("two objects", "ripple 1", Estimate(150.0, 140.0, 160.0), 156.0, 0.8),
     ]
     text = page([], Results([], 20, 0), entries)
     assert "| one object | P_T = 2 | 150 (130 to 170) % | 136.0 % | 0 % | reproduced |" in text
     assert "| exact CRB | 61 (40 to 82) % | 136.0 % | 12.5 % | in part |" in text
     assert "| needle | 20 (-5 to 45) % | 136.0 % | 0 % | not reproduced |" in text
+    assert "| ripple 1 | 150 (140 to 160) % | 156.0 % | 80 % | not judged |" in text
     assert "Sensitivity" not in page([], Results([], 20, 0))

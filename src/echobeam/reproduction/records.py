@@ -91,6 +91,11 @@ class Entry:
     paper: float
     fallbacks: float = 0.0
 
+    @property
+    def fallback(self) -> bool:
+        """Whether most beams were a fallback, so that the row says little of the design."""
+        return self.fallbacks > 0.5
+
 
 @dataclass(frozen=True, slots=True)
 class Rule:

@@ -66,7 +66,8 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
         f"{len(findings)} claims: {said}. echobeam {__version__}, {results.trials} trials per "
         f"point, seed {results.seed}; intervals are 95 %. Verdicts are computed by the rules "
         "below, from intervals: where trials are too few to tell, the lesser verdict stands, and "
-        "more trials may change it.",
+        "more trials may change it. Of a claim's several numbers the table shows the first; all "
+        "stand below it.",
         "",
         f"Calibrated: {CALIBRATED}. Agreement is evidence for that reading of the "
         "paper, not an independent confirmation; the sensitivity map shows how much hangs on it.",
@@ -91,17 +92,24 @@ def _map(sensitivity: Sequence[Entry]) -> list[str]:
         "",
         "Improvement in slot 6, one reading changed at a time from the default, with fewer trials; "
         "judged by the headline claims' rule. Fallback: directional slots in which no beams met "
-        "all that was asked, in the scheme that had more of them.",
+        "all that was asked, in the scheme that had more of them. Where most did not, what was "
+        "measured is no design of the paper's, and not judged.",
         "",
         "| Scenario | Reading | Ours | Paper | Fallback | Verdict |",
         "|---|---|---|---|---|---|",
         *(
             f"| {one.objects} | {one.change} | {written(one.improvement, '%')} | {one.paper} % | "
-            f"{100 * one.fallbacks:.3g} % | "
-            f"{near(one.paper).decide(Measured({'improvement': one.improvement}))} |"
+            f"{100 * one.fallbacks:.3g} % | {_judged(one)} |"
             for one in sensitivity
         ),
     ]
+
+
+def _judged(entry: Entry) -> str:
+    """Return the verdict on one row of the map, by the headline claims' rule."""
+    if entry.fallback:
+        return "not judged"
+    return near(entry.paper).decide(Measured({"improvement": entry.improvement}))
 
 
 def _row(finding: Finding) -> str:

@@ -147,7 +147,13 @@ VARIATIONS = (
     Variation("min_rate 1e-4", (("coverage.min_rate", 1e-4),), bases=("multi",)),
     Variation("min_rate 2e-4", (("coverage.min_rate", 2e-4),), bases=("multi",)),
     Variation("pilot held on a needle beam", against="pilot-needle"),
+    # for two objects the exact bound asks for coverage that no beam gives above the floor
     Variation("exact CRB", (("radar.crb", "exact"),)),
+    Variation(
+        "exact CRB, min_rate 0",
+        (("radar.crb", "exact"), ("coverage.min_rate", 0.0)),
+        bases=("multi",),
+    ),
 )
 """One reading at a time around the default: P_T = 1, ripple 3, floor 4e-4, paper's CRB."""
 
