@@ -31,7 +31,7 @@ from echobeam.beamforming.direct.compiled.step import power_of
 from echobeam.values import Array, ComplexArray, IntArray
 
 PATIENCE = 2.0
-"""s: if the first call has not come back by then, the user is told that it compiles."""
+"""s: if the code is not there by then, the user is told that it is being compiled."""
 
 OBJECTIVE, CONVERGED, PART, STEPS, DISTURBANCE, FIGURES = 0, 1, 2, 3, 4, 5
 
@@ -169,22 +169,28 @@ def _runner() -> Callable[..., None]:
 
 
 def _patient(run: Callable[..., None]) -> Callable[..., None]:
-    """Return a function that tells the user if its first call has to compile for long."""
+    """Return a function that tells the user if it has to compile for long before its first call.
+
+    It is compiled on a batch of no trials, so that many trials are not taken for a slow compiler.
+    """
     first = True
 
-    def called(*arguments: Any) -> None:
-        nonlocal first
-        if not first:
-            run(*arguments)
-            return
+    def compile_like(arguments: tuple[Any, ...]) -> None:
+        nobody = [value[:0] if isinstance(value, np.ndarray) else value for value in arguments]
         message = "compiling the beam solver; it is kept for later runs (about half a minute)"
         clock = threading.Timer(PATIENCE, logging.getLogger("echobeam").warning, [message])
         clock.daemon = True
         clock.start()
         try:
-            run(*arguments)
+            run(*nobody)
         finally:
             clock.cancel()
-        first = False
+
+    def called(*arguments: Any) -> None:
+        nonlocal first
+        if first:
+            compile_like(arguments)
+            first = False
+        run(*arguments)
 
     return called
