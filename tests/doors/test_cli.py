@@ -141,6 +141,9 @@ def test_json_and_nothing_else_on_stdout(tmp_path):
     figures = document["schemes"]["omni"]
     assert len(figures["rate_mean"]) == len(figures["rate_interval"]) == 10
     assert {"frame_rate_mean", "frame_rate_q05", "angle_rmse", "fallbacks"} <= set(figures)
+    taken = document["decision_seconds"]
+    assert taken["omni"] == {"mean": None, "p99": None}
+    assert 0 < taken["water-filling"]["mean"] <= taken["water-filling"]["p99"] < 1
     with xr.open_dataset(tmp_path / document["result"]) as result:
         rates = result["rate"].sel(scheme="omni").sum("object")
         np.testing.assert_allclose(figures["rate_mean"], rates.mean("trial"), rtol=1e-12)
@@ -323,6 +326,9 @@ def test_a_sweep_as_json_is_its_result_and_nothing_else(tmp_path):
                 assert figures["frame_rate_mean"] == float(one["frame_rate_mean"])
                 assert figures["rate_mean"] == one["rate_mean"].values.tolist()
                 assert figures["rate_over_genie"] == [None] * 4  # there is no genie
+            taken = point["decision_seconds"]
+            assert taken["omni"] == {"mean": None, "p99": None}
+            assert 0 < taken["water-filling"]["mean"] <= taken["water-filling"]["p99"] < 1
 
 
 def test_full_results_of_a_sweep_are_those_of_runs(tmp_path):
@@ -351,7 +357,9 @@ def test_resuming_a_finished_sweep_says_so_and_changes_no_byte(tmp_path):
     before = contents(tmp_path)
     assert set(before) == {"s.nc", "s.csv", *(f"s-points/{i:04d}.nc" for i in range(1, 5))}
     again = echobeam(*arguments, cwd=tmp_path)
-    assert (again.returncode, again.stdout) == (0, first.stdout)
+    rates, times, end = first.stdout.partition("decision per trial and slot")
+    assert times
+    assert (again.returncode, again.stdout) == (0, rates + end[end.rindex("result:") :])
     assert again.stderr == "s.nc: is complete, nothing was to be done\n"
     assert contents(tmp_path) == before
     refused(echobeam(*arguments, "--seed", 1, cwd=tmp_path), "exists already")
@@ -364,8 +372,13 @@ def test_resuming_a_finished_run_says_so(tmp_path):
     arguments = ("run", "paper-single", *LIGHT, "--trials", 2, "--out", "r.nc", "--resume")
     first = echobeam(*arguments, cwd=tmp_path)
     again = echobeam(*arguments, cwd=tmp_path)
-    assert (again.returncode, again.stdout) == (0, first.stdout)
+    lines = first.stdout.splitlines(keepends=True)
+    untimed = [line for line in lines if not line.startswith("decision per trial and slot")]
+    assert len(untimed) == len(lines) - 1
+    assert (again.returncode, again.stdout) == (0, "".join(untimed))
     assert again.stderr == "r.nc: is complete, nothing was to be done\n"
+    again = echobeam(*arguments, "--json", "--quiet", cwd=tmp_path)
+    assert json.loads(again.stdout)["decision_seconds"] is None
 
 
 def test_a_sweep_of_a_trace(tmp_path):
