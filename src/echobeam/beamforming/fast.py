@@ -12,10 +12,12 @@ from echobeam.beamforming.certificate import coverage_excess, rate_shortfall, vi
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.direct import DirectResult, solve_batch
 from echobeam.beamforming.fallback import named_faults
-from echobeam.beamforming.objective import beam_gains, channel_loss, rates_from_gains
+from echobeam.beamforming.flat import STIFF_LOBES, cover_lobes, flat_proposal
+from echobeam.beamforming.objective import beam_gains, channel_loss, rates, rates_from_gains
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch
 from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
+from echobeam.beamforming.recovery import keep_coverage
 from echobeam.beamforming.subspace import antenna_phase, real_steering
 from echobeam.values import Array, BoolArray, IntArray
 
@@ -28,6 +30,13 @@ LEAST_ANTENNAS = 2
 LEAST_RIPPLE = 1e-3
 """With less ripple allowed there is hardly an interior for an interior-point method to be in: it
 was seen to give up after seconds where the relaxation takes a tenth of one."""
+
+LEAST_SEARCHED = 1e-5
+"""With less ripple over a wide cover the direct solver finds nothing better than flat beams."""
+
+MOST_LOBES = 12.0
+"""Cover in Nyquist lobes up to which the relaxation takes over what did not converge: beyond, and
+from `STIFF_LOBES` on with hardly any ripple allowed, it was seen to take minutes."""
 
 EXAMINED = 2e6
 """Numbers of the full grids' steering vectors that are examined at a time."""
@@ -46,9 +55,15 @@ def solve(problem: BeamProblem, compiled: bool | None = None) -> Proposal:
     compiled
         As in `solve_batch`.
     """
-    stiff = (problem.ripple < LEAST_RIPPLE) & (problem.coverage_halfwidths > 0.0)
-    if problem.n_tx < LEAST_ANTENNAS or stiff.any():
+    if problem.n_tx < LEAST_ANTENNAS:
         return relaxation.solve(problem)
+    stiff = (problem.ripple < LEAST_RIPPLE) & (problem.coverage_halfwidths > 0.0)
+    if stiff.any():
+        lobes = cover_lobes(problem)
+        if np.max(lobes) <= STIFF_LOBES:
+            return relaxation.solve(problem)
+        if np.any(stiff & (problem.ripple < LEAST_SEARCHED)):
+            return flat_proposal(problem, lobes)
     batch = batch_of(problem)
     found = _solved(batch, compiled)
     factor = float(found.floor_factor[0])
@@ -58,6 +73,9 @@ def solve(problem: BeamProblem, compiled: bool | None = None) -> Proposal:
         reached = replace(problem, min_rate=problem.min_rate * factor)
         lowered = violation(reached, found.beams[0])
     if not found.converged[0] or lowered.largest > FEASIBLE:
+        lobes = cover_lobes(problem)
+        if np.max(lobes) > (STIFF_LOBES if stiff.any() else MOST_LOBES):
+            return _unproved(problem, found, lobes)
         return relaxation.solve(problem)
     short = bool(found.floors_infeasible[0])
     prove = partial(relaxation.prove, problem, float(found.objective[0]))
@@ -67,7 +85,9 @@ def solve(problem: BeamProblem, compiled: bool | None = None) -> Proposal:
         beams=found.beams[0],
         proof=Proof(prove),
         status="fallback" if short else "optimal",
-        message=short_floors(batch, found, np.zeros(1, dtype=np.int64))[0] if short else "",
+        message=short_floors(batch, found, np.zeros(1, dtype=np.int64), compiled)[0]
+        if short
+        else "",
         iterations=int(found.iterations[0]),
         examined=examined,
     )
@@ -87,6 +107,25 @@ def _solved(batch: ProblemBatch, compiled: bool | None) -> DirectResult:
     # A step that goes too far may overflow before it is cut back; what comes out is examined.
     with np.errstate(all="ignore"):
         return solve_batch(batch, compiled)
+
+
+def _unproved(problem: BeamProblem, found: DirectResult, lobes: Array) -> Proposal:
+    """Return what a search that did not converge found, made to keep (38), or better flat beams."""
+    flat = flat_proposal(problem, lobes)
+    beams = keep_coverage(problem, found.beams[0])
+    reached = float(np.sum(rates(problem, beams)))
+    if violation(problem, beams).largest > FEASIBLE or reached <= np.sum(
+        rates(problem, flat.beams)
+    ):
+        return flat
+    widest = int(np.argmax(lobes))
+    return replace(
+        flat,
+        beams=beams,
+        message=f"object {widest}: its cover is {lobes[widest]:.0f} lobes wide, and the search did "
+        "not converge; the beams keep all constraints",
+        iterations=int(found.iterations[0]),
+    )
 
 
 def solve_examined(
@@ -114,7 +153,9 @@ def solve_examined(
     return found, good
 
 
-def short_floors(batch: ProblemBatch, found: DirectResult, which: IntArray) -> list[str]:
+def short_floors(
+    batch: ProblemBatch, found: DirectResult, which: IntArray, compiled: bool | None = None
+) -> list[str]:
     """Return what is at fault in trials whose floors (38e) are out of reach, in words.
 
     Parameters
@@ -123,8 +164,10 @@ def short_floors(batch: ProblemBatch, found: DirectResult, which: IntArray) -> l
         The problems and what the direct solver found.
     which
         Trials to speak of.
+    compiled
+        As in `solve_batch`.
     """
-    alone = _alone(batch, found, which)
+    alone = _alone(batch, found, which, compiled)
     messages = []
     for trial, reach in zip(which, alone, strict=True):
         active = batch.active[trial]
@@ -135,7 +178,9 @@ def short_floors(batch: ProblemBatch, found: DirectResult, which: IntArray) -> l
     return messages
 
 
-def _alone(batch: ProblemBatch, found: DirectResult, which: IntArray) -> Array:
+def _alone(
+    batch: ProblemBatch, found: DirectResult, which: IntArray, compiled: bool | None
+) -> Array:
     """Return the rate that each object could have with all the power and no other beam.
 
     ``(len(which), K)``; where the beam found would keep its floor so, that is all that is asked.
@@ -154,7 +199,7 @@ def _alone(batch: ProblemBatch, found: DirectResult, which: IntArray) -> Array:
     single = np.zeros(lonely.active.shape, dtype=bool)
     single[np.arange(trials.size), objects] = True
     unasked = np.zeros_like(batch.min_rate)
-    best = solve_batch(replace(lonely, active=single, min_rate=unasked, warm_start=None))
+    best = solve_batch(replace(lonely, active=single, min_rate=unasked, warm_start=None), compiled)
     limit = np.log1p(batch.n_tx / loss[trials, objects]) / np.log(2.0)
     rate[trials, objects] = np.where(best.converged, best.objective, limit)
     return rate

@@ -1,0 +1,105 @@
+"""Flat beams: what is left where hardly any ripple (38f) is allowed over a wide cover.
+
+A pattern of N antennas that is constant over more than 2 N - 2 phases is constant everywhere, and
+one antenna alone has it. Then all beams are heard alike by all objects, only the powers are left
+to choose, and the best ones have a closed form. With next to no ripple a solver has no interior
+to move in, and these beams are what remains when it finds nothing better.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.coverage import coverage_grid
+from echobeam.beamforming.objective import channel_loss
+from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.proof import Proof
+from echobeam.beamforming.proposal import Proposal
+from echobeam.beamforming.subspace import antenna_phase, real_steering
+from echobeam.values import Array
+
+STIFF_LOBES = 6.0
+"""Cover in Nyquist lobes 2 pi / N from which on next to no ripple leaves little but flat beams."""
+
+BISECTIONS = 60
+
+
+def cover_lobes(problem: BeamProblem) -> Array:
+    """Return ``(K,)``: how many Nyquist lobes 2 pi / N each cover is wide."""
+    grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
+    phases = antenna_phase(grid, problem.spacing, problem.axis)
+    high = np.max(np.where(mask, phases, -np.inf), axis=-1)
+    low = np.min(np.where(mask, phases, np.inf), axis=-1)
+    return np.asarray((high - low) * problem.n_tx / (2.0 * np.pi))
+
+
+def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
+    """Return flat beams for all objects, with the best powers for them, and say why.
+
+    Parameters
+    ----------
+    problem
+        With K >= 1 objects.
+    lobes
+        ``(K,)``: `cover_lobes`; the widest cover is named.
+    """
+    loss = channel_loss(problem.distances, problem.noise, problem.alpha0) / problem.power
+    powers, factor = flat_powers(loss, problem.min_rate)
+    beams = np.zeros((problem.n_objects, problem.n_tx), dtype=complex)
+    beams[:, 0] = np.sqrt(powers * problem.power)
+    widest = int(np.argmax(lobes))
+    short = [f"all floors scaled by {factor:.4g}"] if factor < 1.0 else []
+    told = (
+        f"object {widest}: no better beams than flat ones were found for a ripple of "
+        f"{problem.ripple[widest]:.3g} over a cover of {lobes[widest]:.0f} lobes"
+    )
+    return Proposal(
+        beams=beams,
+        proof=Proof(_bound(problem, loss)),
+        status="fallback",
+        message="; ".join([told, *short]),
+        iterations=0,
+    )
+
+
+def flat_powers(loss: Array, min_rate: Array) -> tuple[Array, float]:
+    """Return the powers of unit sum that maximise the sum rate of flat beams, and the floors' part.
+
+    Noise and beams at object k sum to loss_k + 1 whatever the powers, so that its rate is
+    -log2(1 - p_k / (loss_k + 1)), convex in p_k: what the floors (38e) leave goes to one object.
+
+    Parameters
+    ----------
+    loss
+        ``(K,)``: noise d^2 / (P_T alpha0^2).
+    min_rate
+        ``(K,)`` bit/s/Hz: Gamma_k.
+
+    Returns
+    -------
+    powers, factor
+        ``(K,)``, and the common factor of the floors that is met; 1 if they all are.
+    """
+    total = loss + 1.0
+
+    def least(factor: float) -> Array:
+        return np.asarray(-np.expm1(-factor * min_rate * np.log(2.0)) * total)
+
+    low, high = (1.0, 1.0) if np.sum(least(1.0)) <= 1.0 else (0.0, 1.0)
+    for _ in range(BISECTIONS if low < high else 0):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if np.sum(least(middle)) <= 1.0 else (low, middle)
+    powers = least(low)
+    left = max(0.0, 1.0 - float(np.sum(powers)))
+    gain = np.log1p(-powers / total) - np.log1p(-np.minimum((powers + left) / total, 1.0 - 1e-16))
+    powers[np.argmax(gain)] += left
+    return powers, low
+
+
+def _bound(problem: BeamProblem, loss: Array) -> float:
+    """Return a bound on the sum rate of every design, without coverage and floors."""
+    phases = antenna_phase(problem.angles, problem.spacing, problem.axis)
+    whole = np.full(problem.n_objects, float(problem.n_tx))
+    free = interference_free_bound(whole, loss, np.zeros_like(loss))
+    return min(free, dirty_paper_bound(real_steering(phases, problem.n_tx), loss))
