@@ -441,3 +441,11 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     config = load_config(str(ROOT / "mkdocs.yml"), strict=True, site_dir=str(tmp_path))
     build(config)
     assert (tmp_path / "api" / "index.html").is_file()
+
+
+def test_the_page_of_claims_judges_every_claim() -> None:
+    from echobeam.reproduction.claims import ALL
+
+    page = (DOCS / "claims.md").read_text(encoding="utf-8")
+    judged = re.findall(r"^\| [\w-]+ \| \*\*([\w-]+)\*\*:", page, flags=re.MULTILINE)
+    assert sorted(judged) == sorted(claim.id for claim in ALL)
