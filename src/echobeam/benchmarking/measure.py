@@ -15,7 +15,8 @@ from echobeam.benchmarking.problems import CaseProblems, on_the_road
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 BUDGET = 2.0
-"""s: about what one method may take for one case; it gets fewer problems if they are slow."""
+"""s: about what one method may take for one case; it gets fewer problems if they are slow. A method
+that takes many together gets more of them until a call takes so long."""
 
 PROBE, GROWTH = 4, 4
 """Problems of the first call of a method that takes many together, and by what calls grow while
@@ -119,7 +120,7 @@ def time_method(method: Method, problems: CaseProblems, repeat: int) -> Timed:
         return _joined(
             [_timed(method, problems, np.array([trial]), repeat) for trial in range(count)]
         )
-    while size < total and GROWTH * _spent(first) < BUDGET:
+    while size < total and _spent(first) < BUDGET:
         size = min(total, method.together, GROWTH * size)
         first = _timed(method, problems, np.arange(size), 1)
     return _timed(method, problems, np.arange(size), repeat)

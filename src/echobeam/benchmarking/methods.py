@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from echobeam.beamforming.design import design_batch, design_beams
-from echobeam.beamforming.direct.batch import can_compile
+from echobeam.beamforming.direct.batch import can_compile, solve_batch
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.benchmarking import full_size
 from echobeam.benchmarking.problems import BATCH
@@ -92,6 +92,14 @@ def _alone(method: str, batch: ProblemBatch) -> Call:
     return call
 
 
+def _direct(batch: ProblemBatch) -> Call:
+    def call() -> Designed:
+        found = solve_batch(batch)
+        return Designed([found.beams[0, batch.active[0]]], ~found.converged)
+
+    return call
+
+
 def _full_size(solver: str, batch: ProblemBatch) -> Call:
     problem = batch.problem(0)
     return lambda: Designed([full_size.design(problem, solver)], np.array([False]))
@@ -119,6 +127,8 @@ METHODS: dict[str, Method] = {
         Method("fast-warm", "the same, warm-started", _FAST, together=BATCH, warm=True),
         Method("fast-single", "one problem alone", partial(_alone, "fast")),
         Method("fast-single-warm", "the same, warm-started", partial(_alone, "fast"), warm=True),
+        Method("direct", "one problem alone, not examined", _direct),
+        Method("direct-warm", "the same, warm-started", _direct, warm=True),
         Method("numpy", "a batch in one call, not compiled", _NUMPY, together=BATCH),
         Method("numpy-warm", "the same, warm-started", _NUMPY, together=BATCH, warm=True),
         Method("sdp", "the reduced relaxation", partial(_alone, "sdp"), most=16, most_objects=4),

@@ -17,7 +17,6 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from echobeam.beamforming.coverage import coverage_steps
 from echobeam.beamforming.direct.beams import beam_set, cover_phases, node_count
 from echobeam.beamforming.direct.chirp import CHIRPS
 from echobeam.beamforming.direct.climb import Climber, Trials
@@ -142,11 +141,10 @@ def _tasks(batch: ProblemBatch, compiled: bool) -> Iterator[Task]:
 def _compiled_task(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Task:
     from echobeam.beamforming.direct.compiled.trials import CompiledTrials
 
-    phases, _ = _phases(batch, which, objects)
-    halfwidths = batch.coverage_halfwidths[which[:, np.newaxis], objects]
+    phases, mask = _phases(batch, which, objects)
     trials = CompiledTrials(
         phases=phases,
-        reach=coverage_steps(halfwidths, batch.resolution),
+        reach=np.sum(mask, axis=-1) // 2,
         ripple=batch.ripple[objects] / batch.n_tx,
         loss=_loss(batch, which, objects),
         threshold=_threshold(batch, objects),
