@@ -38,7 +38,7 @@ def test_a_floor_that_one_object_can_never_have_is_named_with_its_limit() -> Non
     assert f"object 1: floor 30 bit/s/Hz, at most {alone:.3g} reachable" in answer.message
     assert "object 0" not in answer.message
     assert answer.rates[0] / 1.0 == pytest.approx(answer.rates[1] / 30.0, rel=1e-5)
-    assert answer.max_violation.power == 0.0
+    assert answer.max_violation.power <= 2 * 16 * np.finfo(float).eps  # the sum's own rounding
     assert answer.max_violation.coverage <= 1e-6
     assert answer.max_violation.rate == pytest.approx(1 - answer.rates[0], rel=1e-6)
 

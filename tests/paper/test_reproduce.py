@@ -119,3 +119,11 @@ def test_height_figures_share_their_trials_and_resume_to_the_same_bytes(tmp_path
     assert len(rows) == 6 * 2 * 11
     mean = np.mean([float(row["sum rate (bit/s/Hz)"]) for row in rows[1:11]])
     assert mean == pytest.approx(float(rows[0]["sum rate (bit/s/Hz)"]), rel=1e-6)
+
+
+def test_what_a_killed_process_left_of_a_picture_goes_away(tmp_path: Path) -> None:
+    leftover = tmp_path / ".approx.png.1.tmp"
+    leftover.write_bytes(b"half a picture")
+    reproduce(Reproduction(ids=("approx",), trials=2, out=tmp_path))
+    assert not leftover.exists()
+    assert (tmp_path / "approx.png").exists()

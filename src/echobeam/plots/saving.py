@@ -56,7 +56,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
     """
     target = Path(path)
     kind = picture_format(target.suffix)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.part")
+    partial = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     try:
         with style.styled():
             figure.savefig(partial, format=kind, metadata=_METADATA[kind])

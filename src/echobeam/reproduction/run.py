@@ -14,7 +14,7 @@ from echobeam.reproduction.report import write_claims
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import Setup
 from echobeam.store.workers import HERE, Progress, Workers
-from echobeam.store.writing import StoreError, make_writable
+from echobeam.store.writing import StoreError, clear_leftovers, make_writable
 from echobeam.sweeps.points import run_study, study_in
 
 TRIALS, QUICK_TRIALS = 200, 20
@@ -64,6 +64,8 @@ def reproduce(task: Reproduction, progress: Progress = lambda done, total: None)
     figures = choose(task.ids)
     _check(task, figures)
     results = _run(task, figures, progress)
+    for path in outputs(task, figures):
+        clear_leftovers(path)
     for figure in figures:
         picture = figure.draw(results)
         save(picture.drawing, task.out / f"{figure.id}.png")
