@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from echobeam.cli.reproduce import command
 from echobeam.faults import InputError
 from echobeam.reproduction.figures import approximation
+from echobeam.reproduction.run import Reproduction, reproduce
 
 PNG = b"\x89PNG\r\n"
 

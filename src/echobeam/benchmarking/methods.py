@@ -95,7 +95,8 @@ def _alone(method: str, batch: ProblemBatch) -> Call:
 def _direct(batch: ProblemBatch) -> Call:
     def call() -> Designed:
         found = solve_batch(batch)
-        return Designed([found.beams[0, batch.active[0]]], ~found.converged)
+        short = found.floors_infeasible | ~found.converged
+        return Designed([found.beams[0, batch.active[0]]], short)
 
     return call
 
