@@ -15,7 +15,6 @@ from click.testing import CliRunner
 from echobeam.cli.reproduce import command
 from echobeam.faults import InputError
 from echobeam.reproduction.figures import approximation
-from echobeam.reproduction.run import Reproduction, reproduce
 
 PNG = b"\x89PNG\r\n"
 
@@ -125,6 +124,6 @@ def test_height_figures_share_their_trials_and_resume_to_the_same_bytes(tmp_path
 def test_what_a_killed_process_left_of_a_picture_goes_away(tmp_path: Path) -> None:
     leftover = tmp_path / ".approx.png.1.tmp"
     leftover.write_bytes(b"half a picture")
-    reproduce(Reproduction(ids=("approx",), trials=2, out=tmp_path))
+    reproduce("approx", "--out", tmp_path, "--quiet")
     assert not leftover.exists()
     assert (tmp_path / "approx.png").exists()
