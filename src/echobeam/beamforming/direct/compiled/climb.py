@@ -206,6 +206,23 @@ def listen(shapes: Shapes, power: Array, leak: Array) -> None:
 
 
 @compiled
+def improve(powers: Powers, power: Array, leak: Array, hold: bool) -> None:
+    """Improve lambda for shapes as they are, in place; see `step_powers`."""
+    step_powers(
+        powers.loss,
+        powers.threshold,
+        power,
+        leak,
+        powers.share,
+        powers.price,
+        powers.level,
+        powers.leeway,
+        powers.scalars,
+        hold,
+    )
+
+
+@compiled
 def _prices(level: Array, beam: int, weight: Array) -> None:
     """Fill ``(K - 1,)`` with the lambda of the other objects."""
     place = 0
@@ -253,18 +270,7 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int
             _free(shapes, beam)
             looked[beam] = wide and shapes.scalars[beam, BARRIER] < before
         listen(shapes, power, leak)
-        step_powers(
-            powers.loss,
-            powers.threshold,
-            power,
-            leak,
-            powers.share,
-            powers.price,
-            powers.level,
-            powers.leeway,
-            powers.scalars,
-            count <= held,
-        )
+        improve(powers, power, leak, count <= held)
         ready = _is_ready(shapes, powers, power)
         if count % EVERY == 0:
             value, before_that = sum_of_rates(powers, power, leak), value
@@ -383,18 +389,7 @@ def harvest(
         lift(shapes.basis[beam], shapes.z[beam], beams[beam])
         power[beam] = power_of(shapes.z[beam])
     for _ in range(3):
-        step_powers(
-            powers.loss,
-            powers.threshold,
-            power,
-            leak,
-            powers.share,
-            powers.price,
-            powers.level,
-            powers.leeway,
-            powers.scalars,
-            False,
-        )
+        improve(powers, power, leak, False)
     ratio, received = np.empty(n_objects), np.empty(n_objects)
     good = downlink(powers.loss, power, leak, powers.level, ratio, received)
     if not good:
@@ -457,18 +452,7 @@ def disturbance(powers: Powers, power: Array, objective: float) -> float:
     """
     silence = scaled_identity(power.size, 0.0)
     for _ in range(QUIET_STEPS):
-        step_powers(
-            powers.loss,
-            powers.threshold,
-            power,
-            silence,
-            powers.share,
-            powers.price,
-            powers.level,
-            powers.leeway,
-            powers.scalars,
-            False,
-        )
+        improve(powers, power, silence, False)
     rate = 0.0
     for beam in range(power.size):
         rate += np.log1p(powers.level[beam] / power[beam]) / np.log(2.0)
