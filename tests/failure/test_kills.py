@@ -180,6 +180,41 @@ def test_an_interruption_is_one_message_and_ends_every_process(tmp_path):
     wait_for(lambda: all(gone(child) for child in children))
 
 
+MANY_SMALL_TASKS = """
+from echobeam.store.workers import Workers, do_all
+
+class Nothing:
+    def sizes(self): return [1] * 20000
+    def missing(self): return list(range(20000))
+    def piece(self, task): return lambda advance: advance(1)
+    def write(self, task, block): pass
+
+if __name__ == "__main__":
+    do_all(Nothing(), Workers(jobs=2), lambda done, all: done and print(done, flush=True))
+"""
+
+
+@pytest.mark.slow
+def test_an_interruption_while_tasks_are_gathered_leaves_no_lock_behind(tmp_path):
+    """The process that gathers outcomes is interrupted in its midst, and still comes to its end."""
+    script = tmp_path / "many.py"
+    script.write_text(MANY_SMALL_TASKS)
+    generator = np.random.default_rng(52)
+    for _ in range(8):
+        run = subprocess.Popen(
+            [sys.executable, str(script)],
+            start_new_session=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        run.stdout.readline()  # at work
+        time.sleep(generator.uniform(0, 0.1))
+        os.killpg(run.pid, signal.SIGINT)
+        _, err = run.communicate(timeout=20)
+        assert err.rstrip().endswith("KeyboardInterrupt")
+
+
 @pytest.mark.slow
 def test_two_processes_do_not_work_on_the_same_result(tmp_path):
     run = started(tmp_path)

@@ -8,10 +8,11 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
 from echobeam.faults import RunError
@@ -130,20 +131,26 @@ def _spread(work: Work, jobs: int, missing: Sequence[int], meter: _Meter) -> boo
         initializer=_remember,
         initargs=(work, meter.counts),
     ) as pool:
+        # Not `concurrent.futures.wait`: it takes the lock of every future, and Ctrl-C in its midst
+        # would leave some of them taken, for which the pool then waits for ever.
+        finished: SimpleQueue[Future[None]] = SimpleQueue()
         with _deaf_to_interrupts():
-            waiting: set[Future[None]] = {pool.submit(_do_elsewhere, task) for task in missing}
+            for task in missing:
+                pool.submit(_do_elsewhere, task).add_done_callback(finished.put)
+        left = len(missing)
         try:
-            while waiting:
-                done, waiting = wait(waiting, timeout=0.2, return_when=FIRST_COMPLETED)
-                for future in done:
-                    future.result()
+            while left:
+                with suppress(Empty):
+                    finished.get(timeout=0.2).result()
+                    left -= 1
                 meter.show()
         except BrokenProcessPool:
             return False
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for worker in set(multiprocessing.active_children()) - others:
-                worker.terminate()  # a block may take minutes, and it is lost anyway
+            with _deaf_to_interrupts():
+                pool.shutdown(wait=False, cancel_futures=True)
+                for worker in set(multiprocessing.active_children()) - others:
+                    worker.terminate()  # a block may take minutes, and it is lost anyway
             raise
     return True
 
