@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+import echobeam as eb
 from echobeam.estimation.bound import posterior_bound
 from echobeam.estimation.consistency import chi_square_band, nees, nis
 from echobeam.estimation.gaussian import propagate, update, wrap
@@ -238,3 +239,24 @@ def test_errors_reach_the_posterior_bound_and_never_beat_it() -> None:
     low, high = chi_square_band(1, trials, 1 - (1 - CONFIDENCE) / ratio.size)
     assert np.all(ratio > low)
     assert np.all(ratio < high * 1.02)  # a linearised filter may lose a little
+
+
+@pytest.mark.parametrize(
+    ("setting", "honest"),
+    [
+        pytest.param("radio.power=1", False, id="velocity known to 1300 m/s"),
+        pytest.param("radio.power=1000", True, id="velocity known to 40 m/s"),
+        pytest.param("filter.velocity_prior=30 m/s", True, id="prior of 30 m/s"),
+    ],
+)
+def test_the_paper_is_overconfident_only_where_the_first_velocity_is_next_to_unknown(
+    setting: str, honest: bool
+) -> None:
+    """The object at 75 degrees in slot 2: one prediction over a velocity from a single Doppler."""
+    scenario = eb.load_scenario("paper-multi", overrides=[setting])
+    result = eb.simulate(scenario, schemes=["temporal"], trials=400, seed=0)
+    second = result.isel(scheme=0, slot=1, object=0)
+    error = (second["estimated"] - second["truth"]).to_numpy()
+    mean = float(np.mean(nees(error, second["estimated_cov"].to_numpy())))
+    low, high = chi_square_band(3, 400, CONFIDENCE)
+    assert (low < mean < high) is honest
