@@ -41,7 +41,7 @@ def problems(draw: st.DrawFn, most_objects: int = 3) -> BeamProblem:
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(problems())
 def test_every_problem_has_a_feasible_answer_or_a_named_fault(problem: BeamProblem) -> None:
     answer = design_beams(problem)
@@ -55,7 +55,7 @@ def test_every_problem_has_a_feasible_answer_or_a_named_fault(problem: BeamProbl
         assert "object" in answer.message
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(problems())
 def test_more_power_serves_no_worse(problem: BeamProblem) -> None:
     answer = design_beams(problem)
@@ -66,7 +66,7 @@ def test_more_power_serves_no_worse(problem: BeamProblem) -> None:
         assert richer.upper_bound >= answer.objective
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(problems(), st.integers(0, 10_000))
 def test_no_random_feasible_design_beats_the_bound(problem: BeamProblem, seed: int) -> None:
     problem = _changed(problem, min_rate=0.0)
@@ -83,7 +83,7 @@ def test_no_random_feasible_design_beats_the_bound(problem: BeamProblem, seed: i
         assert rates(problem, beams).sum() <= answer.upper_bound * (1 + 1e-6)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(problems(), st.randoms(use_true_random=False))
 def test_the_order_of_the_objects_does_not_matter(problem: BeamProblem, random: object) -> None:
     order = list(range(problem.n_objects))
@@ -100,7 +100,7 @@ def test_the_order_of_the_objects_does_not_matter(problem: BeamProblem, random: 
     assert abs(first.objective - second.objective) <= 1e-6 * first.objective
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(problems())
 def test_units_of_power_do_not_matter(problem: BeamProblem) -> None:
     scaled = _changed(problem, power=1e5 * problem.power, noise=1e5 * problem.noise)

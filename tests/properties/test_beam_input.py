@@ -51,7 +51,7 @@ def sane(draw: st.DrawFn, most_objects: int = 4) -> dict[str, Any]:
     }  # fmt: skip
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(sane())
 def test_what_is_in_range_has_a_feasible_answer(arguments: dict[str, Any]) -> None:
     problem = BeamProblem(**arguments)
@@ -71,7 +71,7 @@ def _is_defined(problem: BeamProblem, answer: Any) -> None:
     assert answer.status == "optimal" or answer.message
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(sane(most_objects=2))
 def test_certifying_is_defined_too_and_never_below(arguments: dict[str, Any]) -> None:
     problem = BeamProblem(**{**arguments, "n_tx": min(4, arguments["n_tx"])})
@@ -81,7 +81,7 @@ def test_certifying_is_defined_too_and_never_below(arguments: dict[str, Any]) ->
         assert answer.upper_bound >= design_beams(problem, method="sdp").objective * (1 - 1e-6)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(sane(), st.data())
 def test_what_is_out_of_range_is_refused_by_name_or_answered(
     arguments: dict[str, Any], data: st.DataObject
@@ -110,7 +110,7 @@ JSON_VALUES = st.recursive(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(sane(), st.data())
 def test_the_command_line_answers_or_refuses_any_document(
     arguments: dict[str, Any], data: st.DataObject

@@ -61,7 +61,6 @@ def with_file(content, use):
         return use(path)
 
 
-@settings(deadline=None)
 @given(traces(), st.sampled_from([as_csv, as_fcd]), st.booleans())
 def test_what_is_written_is_read(rows, write, packed):
     content = write(rows).encode()
@@ -78,7 +77,7 @@ def _outcome(path):
     return motion, None, path
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(
     st.sampled_from([as_csv, as_fcd]),
     st.booleans(),
@@ -115,7 +114,6 @@ def tracks(draw):
     return RoadSamples(("a",), zeros.astype(int), zeros.astype(int), time, along, zeros, speed)
 
 
-@settings(deadline=None)
 @given(tracks())
 def test_motion_goes_through_its_samples_and_stays_between_them(track):
     inner = np.linspace(track.time[:-1], track.time[1:], 7)[:-1].T.ravel()
@@ -131,7 +129,6 @@ def test_motion_goes_through_its_samples_and_stays_between_them(track):
     assert (seen.velocity[:-1].reshape(-1, 6) * direction >= -1e-9).all()
 
 
-@settings(deadline=None)
 @given(tracks())
 def test_velocity_is_continuous_at_every_sample(track):
     step = 1e-7
@@ -144,7 +141,6 @@ def test_velocity_is_continuous_at_every_sample(track):
     assert (np.abs(jump) <= 2 * step * steepest + 1e-9).all()
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.floats(0.1, 0.4), min_size=1, max_size=10),
     st.floats(0.5, 40),
@@ -166,7 +162,6 @@ def test_constant_acceleration_is_reproduced_where_speeds_are_given(steps, v, a,
     np.testing.assert_allclose(seen.velocity, sign * (v + a * clock), atol=1e-9)
 
 
-@settings(deadline=None)
 @given(
     st.integers(1, 12).flatmap(
         lambda slots: st.lists(

@@ -1,0 +1,11 @@
+"""Hypothesis without deadlines, and with the same examples in every run.
+
+So a verdict is about the code and not about the machine's load or a draw; `pytest
+--hypothesis-profile explore` draws anew.
+"""
+
+from hypothesis import settings
+
+settings.register_profile("fixed", deadline=None, derandomize=True)
+settings.register_profile("explore", deadline=None)
+settings.load_profile("fixed")
