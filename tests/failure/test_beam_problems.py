@@ -144,6 +144,77 @@ def test_grids_beyond_memory_are_refused_in_words() -> None:
         design_beams(_problem(n_tx=10**9))
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("angles", np.array([1.0 + 1.0j, 2.0])),
+        ("angles", [10**400, 1]),
+        ("power", 10**4000),
+        ("n_tx", 10**400),
+        ("axis", np.array(["vertical", "horizontal"])),
+        ("warm_start", "beams"),
+        ("warm_start", {}),
+        ("warm_start", [[1], [1, 2]]),
+        ("warm_start", [[10**400] * 16] * 2),
+        ("warm_start", np.full((2, 16), np.nan)),
+        ("warm_start", np.ones((3, 16))),
+    ],
+)
+def test_what_is_no_number_is_refused_by_name_alone(name: str, value: object) -> None:
+    with pytest.raises(ProblemError) as caught:
+        _problem(**{name: value})
+    assert str(caught.value).startswith(f"{name} must be ")
+    assert ";" not in str(caught.value)  # what is right is not blamed for it
+    assert len(str(caught.value)) < 200
+
+
+def test_values_out_of_range_are_told() -> None:
+    with pytest.raises(ProblemError, match=r"power must be positive, not -3; .*not 2\.5"):
+        _problem(power=-3.0, n_tx=2.5)
+    with pytest.raises(ProblemError, match=r"between 1e-30 and 300, not \[1000"):
+        _problem(min_rate=1000.0)
+
+
+def test_what_is_no_problem_method_or_gap_is_refused() -> None:
+    with pytest.raises(ProblemError, match="must be a BeamProblem, not a dict"):
+        design_beams({"angles": [1.0]})  # type: ignore[arg-type]
+    with pytest.raises(ProblemError, match="method must be one of"):
+        design_beams(_problem(), method=["fast"])  # type: ignore[arg-type]
+    with pytest.raises(ProblemError, match="gap must be a positive number"):
+        design_beams(_problem(), certify=True, gap="small")  # type: ignore[arg-type]
+
+
+def test_many_more_objects_than_antennas_are_served_in_seconds() -> None:
+    values = {"angles": np.linspace(0.3, 2.9, 40), "distances": np.full(40, 100.0), "n_tx": 8}
+    answer = design_beams(_problem(**values, coverage_halfwidths=np.full(40, 0.02), ripple=0.5))
+    assert answer.seconds < 30.0  # the relaxation takes minutes
+    assert answer.max_violation.largest <= 1e-6
+    assert answer.status == "optimal" or "40 objects, and the search did not" in answer.message
+    assert answer.objective > 0.9 * answer.upper_bound
+
+
+@pytest.mark.parametrize(("min_rate", "part"), [(4e-4, 0.5), (4e-5, 1.0)])
+def test_a_search_left_unfinished_is_not_thrown_away_for_its_floors(
+    min_rate: float, part: float
+) -> None:
+    """Flat beams meet 12 % of the first floors, and have a fifth of the second's sum rate."""
+    answer = design_beams(
+        _problem(
+            coverage_halfwidths=np.array([90.0, 90.0]) * DEG,
+            ripple=3.0,
+            min_rate=min_rate,
+            power=1.0,
+            n_tx=128,
+        )
+    )
+    assert answer.status == "fallback"
+    assert answer.max_violation.power <= 1e-12
+    assert answer.max_violation.coverage <= 1e-6
+    assert np.min(answer.rates) >= part * min_rate * (1 - 1e-6)
+    assert answer.objective > 3.5 * 9.5e-5  # that of flat beams
+    assert ("all floors scaled by 0.5" in answer.message) == (part < 1.0)
+
+
 def test_a_batch_survives_a_grid_beyond_memory() -> None:
     batch = ProblemBatch(
         angles=np.array([[1.3], [1.4]]),

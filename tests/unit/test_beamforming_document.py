@@ -114,7 +114,9 @@ def test_half_a_warm_start_and_one_of_a_wrong_size_are_refused() -> None:
     assert "2 lists of 8 numbers" in short[0]
 
 
-@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "null", '"x"', "[" * 100_000, "{'a': 1}"])
+@pytest.mark.parametrize(
+    "text", ["", "{", "[1, 2]", "null", '"x"', "[" * 100_000, "{'a': 1}", "1" * 5000]
+)
 def test_text_that_is_no_json_object_is_refused_by_name(text: str) -> None:
     with pytest.raises(ProblemError, match=r"mine\.json: "):
         read_problem(text, "mine.json")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from importlib import import_module
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,11 @@ from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.coverage import coverage_steps
 from echobeam.beamforming.fast import (
     FEASIBLE,
-    MOST_LOBES,
     compiled_by,
+    long_relaxation,
     short_floors,
     solve_examined,
 )
-from echobeam.beamforming.flat import cover_lobes
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
 from echobeam.beamforming.proof import Proof
@@ -77,9 +77,8 @@ def design_beams(
         If ``"reference"`` is asked for and CVXPY is not installed.
     """
     _check_method(method)
+    _check_types(problem, gap)
     _check_size(problem)
-    if not gap > 0.0:
-        raise ProblemError(f"gap must be positive, not {gap!r}")
     begun = time.perf_counter()
     proposal = _nothing(problem) if problem.n_objects == 0 else _solver(method)(problem)
     answer = _judged(problem, proposal, begun)
@@ -127,8 +126,15 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
 
 
 def _check_method(method: str) -> None:
-    if method not in SOLVERS:
+    if not isinstance(method, str) or method not in SOLVERS:
         raise ProblemError(f"method must be one of {', '.join(SOLVERS)}, not {method!r}")
+
+
+def _check_types(problem: object, gap: object) -> None:
+    if not isinstance(problem, BeamProblem):
+        raise ProblemError(f"problem must be a BeamProblem, not a {type(problem).__name__}")
+    if not isinstance(gap, Real) or not float(gap) > 0.0:
+        raise ProblemError(f"gap must be a positive number, not {gap!r}")
 
 
 def _check_size(problem: BeamProblem) -> None:
@@ -136,7 +142,7 @@ def _check_size(problem: BeamProblem) -> None:
     points = 2.0 * float(np.max(steps, initial=0)) + 1.0
     if points * problem.n_objects * problem.n_tx > MOST_NUMBERS:
         raise ProblemError(
-            f"the coverage grid has {points:.3g} points per object at n_tx = {problem.n_tx}, "
+            f"the coverage grid has {points:.3g} points per object at n_tx = {problem.n_tx:.10g}, "
             "too many to examine; take a coarser resolution or a narrower coverage"
         )
 
@@ -162,11 +168,10 @@ def _design_together(batch: ProblemBatch, answer: BatchAnswer, method: str) -> d
 def _second_method(batch: ProblemBatch, trial: int, method: str) -> str:
     """Return what takes over a trial that the direct solver left.
 
-    It would not do better on the trial alone; but over very wide covers the relaxation takes
-    minutes, and the method has a faster way out.
+    It would not do better on the trial alone; but where the relaxation takes minutes the method
+    has a faster way out.
     """
-    wide = np.max(cover_lobes(batch.problem(trial))) > MOST_LOBES
-    return method if wide else "sdp"
+    return method if long_relaxation(batch.problem(trial)) else "sdp"
 
 
 def _put(answer: BatchAnswer, batch: ProblemBatch, trial: int, found: BeamAnswer | str) -> None:

@@ -111,7 +111,7 @@ def _parsed(text: str, source: str) -> dict[str, Any]:
 
     try:
         document = json.loads(text, object_pairs_hook=unique)
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # too many digits are a plain ValueError
         raise ProblemError(f"{source}: not JSON: {error}") from None
     if not isinstance(document, dict):
         raise ProblemError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 
@@ -17,9 +18,10 @@ from echobeam.beamforming.objective import beam_gains, channel_loss, rates, rate
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch
 from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
-from echobeam.beamforming.recovery import keep_coverage
+from echobeam.beamforming.recovery import keep_coverage, settle_powers
 from echobeam.beamforming.subspace import antenna_phase, real_steering
-from echobeam.values import Array, BoolArray, IntArray
+from echobeam.physics.array import steering_vector
+from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 FEASIBLE = 1e-6
 """Largest relative violation of a design that passes for feasible."""
@@ -37,6 +39,9 @@ LEAST_SEARCHED = 1e-5
 MOST_LOBES = 12.0
 """Cover in Nyquist lobes up to which the relaxation takes over what did not converge: beyond, and
 from `STIFF_LOBES` on with hardly any ripple allowed, it was seen to take minutes."""
+
+MOST_OBJECTS = 16
+"""Objects up to which it does: it starts once for each, and 40 were seen to take minutes."""
 
 EXAMINED = 2e6
 """Numbers of the full grids' steering vectors that are examined at a time."""
@@ -74,7 +79,7 @@ def solve(problem: BeamProblem, compiled: bool | None = None) -> Proposal:
         lowered = violation(reached, found.beams[0])
     if not found.converged[0] or lowered.largest > FEASIBLE:
         lobes = cover_lobes(problem)
-        if np.max(lobes) > (STIFF_LOBES if stiff.any() else MOST_LOBES):
+        if long_relaxation(problem) or (stiff.any() and np.max(lobes) > STIFF_LOBES):
             return _unproved(problem, found, lobes)
         return relaxation.solve(problem)
     short = bool(found.floors_infeasible[0])
@@ -109,23 +114,52 @@ def _solved(batch: ProblemBatch, compiled: bool | None) -> DirectResult:
         return solve_batch(batch, compiled)
 
 
+def long_relaxation(problem: BeamProblem) -> bool:
+    """Tell whether the relaxation would take minutes for a problem with K >= 1 objects."""
+    return problem.n_objects > MOST_OBJECTS or bool(np.max(cover_lobes(problem)) > MOST_LOBES)
+
+
 def _unproved(problem: BeamProblem, found: DirectResult, lobes: Array) -> Proposal:
-    """Return what a search that did not converge found, made to keep (38), or better flat beams."""
+    """Return what a search that did not converge found, made to keep (38), or better flat beams.
+
+    Better is what meets a larger part of the floors (38e); where both meet them, the sum rate.
+    """
     flat = flat_proposal(problem, lobes)
-    beams = keep_coverage(problem, found.beams[0])
-    reached = float(np.sum(rates(problem, beams)))
-    if violation(problem, beams).largest > FEASIBLE or reached <= np.sum(
-        rates(problem, flat.beams)
-    ):
+    beams = _made_to_keep(problem, found.beams[0], float(found.floor_factor[0]))
+    missed = violation(problem, beams)
+    reached, otherwise = _worth(problem, beams), _worth(problem, flat.beams)
+    if max(missed.power, missed.coverage) > FEASIBLE or reached <= otherwise:
         return flat
     widest = int(np.argmax(lobes))
+    wide = f"object {widest}: its cover is {lobes[widest]:.0f} lobes wide"
+    told = wide if lobes[widest] > STIFF_LOBES else f"{problem.n_objects} objects"
+    kept = "all constraints"
+    if reached[0] < 1.0:
+        kept = f"power and coverage; all floors scaled by {reached[0]:.4g}"
     return replace(
         flat,
         beams=beams,
-        message=f"object {widest}: its cover is {lobes[widest]:.0f} lobes wide, and the search did "
-        "not converge; the beams keep all constraints",
+        message=f"{told}, and the search did not converge; the beams keep {kept}",
         iterations=int(found.iterations[0]),
     )
+
+
+def _made_to_keep(problem: BeamProblem, beams: ComplexArray, factor: float) -> ComplexArray:
+    """Return beams that keep coverage, with powers near theirs for a part of the floors."""
+    unit = math.sqrt(problem.power)
+    kept = keep_coverage(problem, beams / unit)
+    channels = steering_vector(problem.angles, problem.n_tx, problem.spacing, problem.axis)
+    loss = channel_loss(problem.distances, problem.noise, problem.alpha0) / problem.power
+    threshold = np.expm1(factor * problem.min_rate * math.log(2.0))
+    return settle_powers(kept, channels, loss, threshold) * unit
+
+
+def _worth(problem: BeamProblem, beams: ComplexArray) -> tuple[float, float]:
+    """Return the part of the floors (38e) that beams meet, 1 if all, and their sum rate."""
+    achieved = rates(problem, beams)
+    asked = problem.min_rate > 0.0
+    part = float(np.min(achieved[asked] / problem.min_rate[asked], initial=1.0))
+    return (1.0 if part >= 1.0 - FEASIBLE else part), float(np.sum(achieved))
 
 
 def solve_examined(

@@ -27,6 +27,9 @@ MOST = {
 
 LEAST = 1e-30
 
+MOST_SHOWN = 80
+"""Characters of a wrong value that a message repeats."""
+
 MOST_LOSS = 1e24
 """Largest noise d^2 / (power alpha0^2), and its inverse the least one."""
 
@@ -91,7 +94,7 @@ class BeamProblem:
     def __post_init__(self) -> None:
         faults: list[str] = []
         angles = _vector("angles", self.angles, None, faults)
-        n_objects = angles.size
+        n_objects = angles.size if angles.size or not faults else None
         values = {
             "angles": angles,
             "distances": _vector("distances", self.distances, n_objects, faults),
@@ -109,30 +112,35 @@ class BeamProblem:
         for name, most in MOST.items():
             sizes = np.atleast_1d(values[name] if name in values else scalars[name])
             fits = (sizes <= 0.0) | (sizes >= LEAST) & (sizes <= most)
-            _check(fits, f"{name} must lie between {LEAST:g} and {most:g}", faults)
-        _check(values["distances"] > 0, "distances must be positive", faults)
+            wanted = f"{name} must lie between {LEAST:g} and {most:g}"
+            _check(fits, f"{wanted}, not {sizes.tolist()}", faults)
+        _check(
+            values["distances"] > 0,
+            f"distances must be positive, not {values['distances'].tolist()}",
+            faults,
+        )
         halfwidths = values["coverage_halfwidths"]
         _check(
             (halfwidths >= 0) & (halfwidths <= math.pi / 2),
-            "coverage_halfwidths must lie between 0 and pi/2 (the half plane)",
+            "coverage_halfwidths must lie between 0 and pi/2 (the half plane), "
+            f"not {halfwidths.tolist()}",
             faults,
         )
-        _check(values["ripple"] >= 0, "ripple must not be negative", faults)
-        _check(values["min_rate"] >= 0, "min_rate must not be negative", faults)
+        for name in ("ripple", "min_rate"):
+            least = f"{name} must not be negative: {values[name].tolist()}"
+            _check(values[name] >= 0, least, faults)
         for name, number in scalars.items():
-            _check(number > 0, f"{name} must be positive", faults)
-        _check(n_tx >= 1 and n_tx == int(n_tx), "n_tx must be a whole number from 1", faults)
+            _check(number > 0, f"{name} must be positive, not {number:g}", faults)
+        whole = n_tx >= 1 and n_tx == int(n_tx)
+        _check(whole, f"n_tx must be a whole number from 1, not {n_tx:g}", faults)
         if not faults:
             fits = fitting_loss(values["distances"], **_radio(scalars))
             _check(fits, "noise distances^2 / (power alpha0^2) is beyond 1e-24 to 1e24", faults)
-        if self.axis not in ("vertical", "horizontal"):
+        if not isinstance(self.axis, str) or self.axis not in ("vertical", "horizontal"):
             faults.append(f"axis must be 'vertical' or 'horizontal', not {self.axis!r}")
-        warm = self.warm_start
-        if warm is not None:
-            warm = np.array(warm, dtype=complex)
-            if warm.shape != (n_objects, int(n_tx)) or not np.isfinite(warm).all():
-                faults.append(f"warm_start must be finite and of shape ({n_objects}, {int(n_tx)})")
-            warm.flags.writeable = False
+        warm = None
+        if self.warm_start is not None and n_objects is not None and whole:
+            warm = _warm("warm_start", self.warm_start, (n_objects, int(n_tx)), faults)
         if faults:
             raise ProblemError("; ".join(faults))
         for name, vector in values.items():
@@ -238,12 +246,14 @@ def _vector(
 ) -> Array:
     fallback = np.ones(size or 0)
     try:
+        if np.iscomplexobj(value):  # type: ignore[arg-type]
+            raise TypeError("numpy would drop the imaginary parts with no more than a warning")
         vector = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        faults.append(f"{name} must be numbers, not {value!r}")
+    except (TypeError, ValueError, OverflowError):
+        faults.append(f"{name} must be numbers, not {_shown(value)}")
         return fallback
-    if size is not None and broadcast and vector.ndim == 0:
-        vector = np.full(size, float(vector))
+    if broadcast and vector.ndim == 0:
+        vector = np.full(1 if size is None else size, float(vector))
     if vector.ndim != 1 or (size is not None and vector.size != size):
         wanted = "(K,)" if size is None else f"({size},)" + (" or a scalar" if broadcast else "")
         faults.append(f"{name} must be of shape {wanted}, not {vector.shape}")
@@ -257,13 +267,36 @@ def _vector(
 def _scalar(name: str, value: object, faults: list[str]) -> float:
     try:
         number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        faults.append(f"{name} must be a number, not {value!r}")
+    except (TypeError, ValueError, OverflowError):
+        faults.append(f"{name} must be a number, not {_shown(value)}")
         return 1.0
     if not math.isfinite(number):
         faults.append(f"{name} must be finite, not {value!r}")
         return 1.0
     return number
+
+
+def _warm(
+    name: str, value: object, shape: tuple[int, int], faults: list[str]
+) -> ComplexArray | None:
+    try:
+        warm = np.array(value, dtype=complex)
+    except (TypeError, ValueError, OverflowError):
+        faults.append(f"{name} must be numbers of shape {shape}, not {_shown(value)}")
+        return None
+    if warm.shape != shape or not np.isfinite(warm).all():
+        faults.append(f"{name} must be finite and of shape {shape}, not {_shown(value)}")
+        return None
+    warm.flags.writeable = False
+    return warm
+
+
+def _shown(value: object) -> str:
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # a whole number of more digits than Python writes out
+        return "a number too large"
+    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
 
 
 def _check(condition: bool | npt.NDArray[np.bool_], message: str, faults: list[str]) -> None:
