@@ -192,6 +192,26 @@ def test_a_fallback_is_proved_for_the_floors_that_it_keeps() -> None:
     assert plain.upper_bound > proved.upper_bound
 
 
+def test_a_round_that_ends_without_power_neither_crashes_nor_spoils_the_proof() -> None:
+    """In units of a sum rate of nothing the solver panicked, and what it left promised 5 bit/s."""
+    problem = BeamProblem(
+        angles=[2.5089191742412544, 2.0946693749564163],
+        distances=[113.87307432820562, 82.23611947538575],
+        coverage_halfwidths=[0.12, 0.09510753902856256],
+        ripple=1.25,
+        min_rate=1.0,
+        power=106.70761767931793,
+        noise=3.023129955372904,
+        n_tx=5,
+        spacing=0.25,
+        axis="horizontal",
+        resolution=np.radians(0.5),
+    )
+    answer = design_beams(problem, certify=True)
+    assert answer.status == "fallback"
+    assert answer.gap <= 1e-4
+
+
 def test_the_command_line_certifies(tmp_path: Path) -> None:
     from echobeam.cli.beam import command
 

@@ -112,3 +112,49 @@ def test_contradictions_are_infeasible() -> None:
     answer = conic.solve(programme)
     assert answer.infeasible
     assert not answer.usable
+
+
+@pytest.mark.parametrize("size", [np.inf, np.nan, 1e301])
+def test_numbers_that_overflow_give_no_answer_and_no_panic(size: float) -> None:
+    block = conic.Block(3)
+    programme = conic.Programme(
+        blocks=[block],
+        cost=[-size * block.squares(np.ones(3))],
+        most=[block.identity()[np.newaxis]],
+        most_of=np.ones(1),
+        own=[np.zeros((0, block.length))],
+    )
+    answer = conic.solve(programme)
+    assert not answer.usable or np.isfinite(answer.matrices[0]).all()
+    assert not answer.infeasible
+
+
+def test_a_panic_of_the_solver_is_no_answer_but_ctrl_c_goes_through(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    import clarabel
+
+    class PanicException(BaseException):
+        pass
+
+    class Panics:
+        fault: type[BaseException] = PanicException
+
+        def __init__(self, *_: object) -> None: ...
+
+        def solve(self) -> None:
+            raise self.fault
+
+    monkeypatch.setattr(clarabel, "DefaultSolver", Panics)
+    block = conic.Block(2)
+    programme = conic.Programme(
+        blocks=[block],
+        cost=[-block.identity()],
+        most=[block.identity()[np.newaxis]],
+        most_of=np.ones(1),
+        own=[np.zeros((0, block.length))],
+    )
+    assert not conic.solve(programme).usable
+    Panics.fault = KeyboardInterrupt
+    with pytest.raises(KeyboardInterrupt):
+        conic.solve(programme)

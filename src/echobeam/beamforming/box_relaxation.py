@@ -24,6 +24,10 @@ MOST_ROUNDS = 6
 ENOUGH = 1e-6
 """Relative distance of the bound and what the relaxed beams reach at which the rounds end."""
 
+LEAST_TOTAL = 1e-9
+"""The sum rate is counted in units of what is received, but of no less than this part of what
+all objects together could have alone."""
+
 LEAST_LIMIT = 1e-6
 """Limits of the box are counted in units of themselves, but of no less than this part of N."""
 
@@ -99,8 +103,13 @@ def _positive(symmetric: Array) -> Array:
 
 
 def _total(model: Model, received: Array) -> float:
-    """Return the size of the sum rate, nats, in which the programme counts."""
-    return max(float(np.sum(np.log1p(received / model.loss))), np.finfo(float).tiny)
+    """Return the size of the sum rate, nats, in which the programme counts.
+
+    A round may end with beams of next to no power; in units of what they reach the next programme
+    would overflow.
+    """
+    most = float(np.sum(np.log1p(model.channels.shape[-1] / model.loss)))
+    return max(float(np.sum(np.log1p(received / model.loss))), LEAST_TOTAL * most)
 
 
 def _relaxed_rate(model: Model, box: Box, gains: Array) -> float:

@@ -36,6 +36,9 @@ MOST_SECONDS = 60.0
 BETTER = 1e-7
 """Relative rise of the sum rate that makes other beams the better ones."""
 
+OVERSPENT = 1e-6
+"""Part of the power by which a solver may miss the budget; what is more is no design."""
+
 BISECTIONS = 40
 MIDDLE = 0.1
 """A box is cut where its chord errs most, but no nearer to its ends than this part of it."""
@@ -186,7 +189,9 @@ class _Search:
         start = Design([p * u for p, u in zip(powers, units, strict=True)], self.cuts, 0)
         climbed = improve(self.model, start)
         for better in (start, climbed):
-            if better is None or not meets_floors(self.model, better):
+            if better is None or not _within_budget(better):
+                continue
+            if not meets_floors(self.model, better):
                 continue
             value = sum_rate(model_gains(self.model, better.covariances), self.model.loss)
             if float(value) > self.best * np.log(2.0) * (1.0 + BETTER):
@@ -199,6 +204,12 @@ class _Search:
         if self.design is not None:
             beams = recover_beams(problem, self.model, self.design.covariances)
         return Certified(max([self.best, self.closed, *bounds]), beams, self.boxes)
+
+
+def _within_budget(design: Design) -> bool:
+    """Tell whether a design spends no more than the power; a solver that gave up may."""
+    spent = sum(float(np.trace(covariance)) for covariance in design.covariances)
+    return spent <= 1.0 + OVERSPENT
 
 
 def _put(values: Array, k: int, value: float) -> Array:

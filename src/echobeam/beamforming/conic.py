@@ -151,7 +151,8 @@ def solve(programme: Programme, tolerance: float = TOLERANCE) -> ConicAnswer:
     """Solve a programme with Clarabel.
 
     Equilibration is off: scaling a semidefinite cone as a whole it was seen to spoil these
-    programmes, whose rows are of one size as they come.
+    programmes, whose rows are of one size as they come. Where numbers overflow, in the programme
+    or in Clarabel itself, which then panics, the answer is one that is not usable.
     """
     import clarabel
     from scipy import sparse
@@ -165,6 +166,10 @@ def solve(programme: Programme, tolerance: float = TOLERANCE) -> ConicAnswer:
     settings.chordal_decomposition_enable = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     columns, constants = _constraints(programme)
+    linear = np.concatenate([*programme.cost, programme.free_cost])
+    numbers = (columns.data, constants, linear, programme.curvature)
+    if not all(np.isfinite(part).all() for part in numbers):
+        return _no_answer(programme)
     bent = np.arange(programme.curvature.size) + sum(b.length for b in programme.blocks)
     width = columns.shape[1]
     quadratic = sparse.csc_matrix((programme.curvature, (bent, bent)), shape=(width, width))
@@ -178,13 +183,30 @@ def solve(programme: Programme, tolerance: float = TOLERANCE) -> ConicAnswer:
             cones.append(clarabel.NonnegativeConeT(1))
     solver = clarabel.DefaultSolver(
         quadratic,
-        np.concatenate([*programme.cost, programme.free_cost]),
+        linear,
         columns,
         constants,
         cones,
         settings,
     )
-    return _read(programme, solver.solve())
+    try:
+        solution = solver.solve()
+    except BaseException as error:  # what Rust's panics become is no Exception
+        if type(error).__name__ != "PanicException":
+            raise
+        return _no_answer(programme)
+    return _read(programme, solution)
+
+
+def _no_answer(programme: Programme) -> ConicAnswer:
+    return ConicAnswer(
+        matrices=[block.matrix(np.zeros(block.length)) for block in programme.blocks],
+        own_multipliers=[np.zeros(len(own)) for own in programme.own],
+        usable=False,
+        infeasible=False,
+        objective=np.nan,
+        most_multipliers=np.zeros(programme.most_of.size),
+    )
 
 
 def _constraints(programme: Programme) -> tuple[Any, Array]:
