@@ -214,6 +214,7 @@ SCHEME_FILES = {
         (["scenarios", "bogus"], ["bogus", "paper-multi"]),
         (["plot", "nowhere.nc"], ["nowhere.nc"]),
         (["plot", "text.toml"], ["text.toml"]),
+        (["plot", "."], ["no such result"]),
         (["beam", "nowhere.json"], ["nowhere.json"]),
         (["beam", "text.toml"], ["text.toml"]),
     ],
@@ -294,6 +295,7 @@ def test_plot_draws_every_picture(tmp_path):
     done = echobeam("plot", "r.nc", "--kind", "rate", "--out", "figure.svg", cwd=tmp_path)
     assert "<svg" in (tmp_path / "figure-rate.svg").read_text()
     refused(echobeam("plot", "r.nc", "--out", "figure.doc", cwd=tmp_path), "doc")
+    refused(echobeam("plot", "r.nc", "--out", "no/figure.png", cwd=tmp_path), "no directory no")
 
 
 SWEEP = ["sweep", "paper-single", *LIGHT, "--set", "frame.slots_per_frame=4", "--trials", "5"]
@@ -410,6 +412,8 @@ def test_a_sweep_of_a_trace(tmp_path):
         (["--vary", "radio.power=1,2", "--out", "no/where/s.nc"], ["no/where", "no directory"]),
         (["--vary", "radio.power=1,2", "--out", "."], ["directory"]),
         (["--vary", "radio.power=1,2", "--csv", "no/s.csv"], ["no/s.csv", "no directory"]),
+        (["--vary", "radio.power=1,2", "--out", "s", "--csv", "./s"], ["s: is the result itself"]),
+        (["--vary", "radio.power=1,2", "--csv", "paper-single-sweep.nc"], ["is the result itself"]),
         (["--vary", "radio.power=1,2", "--full", "--out", "taken.nc"], ["taken-points"]),
         (["--vary", "radio.power=1,2", "--trace", "nowhere.csv"], ["nowhere.csv"]),
         (["--vary", "radio.power=1,2", "--scheme", "temproal"], ["temproal"]),

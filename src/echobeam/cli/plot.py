@@ -34,15 +34,18 @@ def command(result: Path, out: Path | None, kinds: tuple[str, ...]) -> None:
     """
     import tomllib
 
-    from echobeam.plots import draw_all
+    from echobeam.plots import draw_all, picture_paths
     from echobeam.scenario.load import validate
     from echobeam.simulation.bound import with_bound
     from echobeam.store.result import open_result
+    from echobeam.store.writing import check_writable
 
-    target = out or result.with_suffix(".png")
     with open_result(result) as dataset:
         scenario = validate(tomllib.loads(dataset.attrs["scenario"]), str(result))
         bounded = with_bound(dataset, scenario)
-        stem, suffix = target.with_suffix(""), target.suffix or ".png"
+        target = out or result.with_suffix(".png")
+        stem, suffix = target.parent / target.stem, target.suffix or ".png"
+        for path in picture_paths(stem, suffix, kinds or None).values():
+            check_writable(path, force=True)
         for path in draw_all(bounded, stem, suffix, kinds or None):
             click.echo(path)

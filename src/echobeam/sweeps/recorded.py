@@ -146,6 +146,8 @@ def _finished(sweep: Sweep, study: Study) -> bool:
 
 def _check_places(sweep: Sweep, study: Study) -> None:
     """Refuse what is in the way, unless it is what the interrupted sweep itself has left."""
+    if sweep.csv is not None and sweep.csv.resolve() == sweep.out.resolve():
+        raise StoreError(f"{sweep.csv}: is the result itself; give the table another --csv")
     ours = sweep.resume and study.files.matches(study.job())
     for path in filter(None, (sweep.out, sweep.csv)):
         check_writable(path, force=sweep.force)
