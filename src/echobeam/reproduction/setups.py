@@ -89,7 +89,7 @@ def single(n: int = 30) -> Setup:
 
 def long() -> Setup:
     """Return the paper's two objects over 500 ms."""
-    return Setup("long", "paper-long")
+    return Setup("long", "paper-long", keep=("truth", "estimated"))
 
 
 def trajectory() -> Setup:
