@@ -7,10 +7,11 @@ import numpy as np
 from echobeam.beamforming.direct.compiled.arrays import fill
 from echobeam.beamforming.direct.compiled.beams import reduce
 from echobeam.beamforming.direct.compiled.decorate import compiled
-from echobeam.beamforming.direct.compiled.step import (
+from echobeam.beamforming.direct.compiled.shape import (
     BARRIER,
     RIPPLE,
     TARGET,
+    Shape,
     power_of,
     respond_from,
     slacks,
@@ -27,7 +28,7 @@ from echobeam.beamforming.direct.cuts import (
     RESTART,
     ROOM,
 )
-from echobeam.values import Array, BoolArray, ComplexArray, IntArray
+from echobeam.values import Array, BoolArray, ComplexArray
 
 
 @compiled
@@ -66,27 +67,15 @@ def relative_excess(turns: Array, weights: ComplexArray, allowed: float, excess:
 
 
 @compiled
-def impose(
-    excess: Array,
-    first: int,
-    spare: int,
-    phases: Array,
-    basis: Array,
-    points: IntArray,
-    rows: Array,
-    offset: Array,
-    z: Array,
-    response: Array,
-    low: Array,
-    high: Array,
-    scalars: Array,
-) -> None:
+def impose(shape: Shape, excess: Array, first: int, spare: int, phases: Array) -> None:
     """Impose grid points that are near their limit or beyond, in place of idle ones.
 
     The first points stay, unless there is no other room for a point beyond its limit.
 
     Parameters
     ----------
+    shape
+        All but its basis and its coordinates is changed.
     excess
         ``(J,)``: `relative_excess` on the beam's own grid, which begins at ``first``.
     first
@@ -95,10 +84,9 @@ def impose(
         Number of points, the last ones, that may be replaced freely.
     phases
         ``(G,)`` rad.
-    basis, points, rows, offset, z, response, low, high, scalars
-        The beam; all but basis and z are changed.
     """
-    near = min(max(NEAR * np.sqrt(scalars[BARRIER]), LEAST_NEAR), MOST_NEAR)
+    points = shape.points
+    near = min(max(NEAR * np.sqrt(shape.scalars[BARRIER]), LEAST_NEAR), MOST_NEAR)
     wanted = _peaks(excess)
     kept = points.size - spare
     for place in range(points.size):
@@ -127,7 +115,7 @@ def impose(
         points[idle] = first + best
         new[idle] = changed = True
     if changed:
-        _refresh(new, phases, basis, points, rows, offset, z, response, low, high, scalars)
+        _refresh(shape, new, phases)
 
 
 @compiled
@@ -146,26 +134,16 @@ def _peaks(excess: Array) -> Array:
 
 
 @compiled
-def _refresh(
-    new: BoolArray,
-    phases: Array,
-    basis: Array,
-    points: IntArray,
-    rows: Array,
-    offset: Array,
-    z: Array,
-    response: Array,
-    low: Array,
-    high: Array,
-    scalars: Array,
-) -> None:
+def _refresh(shape: Shape, new: BoolArray, phases: Array) -> None:
     """Take over changed points: rows, responses, a ripple that fits, multipliers."""
+    scalars, low, high, response = shape.scalars, shape.low, shape.high, shape.response
     m = low.size
     for place in range(m):
         if new[place]:
-            offset[place] = reduce(basis, phases[points[place]], rows, place)
-    respond_from(rows, offset, z, response)
-    power = power_of(z)
+            phase = phases[shape.points[place]]
+            shape.offset[place] = reduce(shape.basis, phase, shape.rows, place)
+    respond_from(shape.rows, shape.offset, shape.z, response)
+    power = power_of(shape.z)
     below, above = np.empty(m), np.empty(m)
     least = slacks(response, scalars[RIPPLE] * power, below, above)
     missing = max(-least, 0.0)

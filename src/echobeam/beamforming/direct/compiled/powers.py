@@ -1,9 +1,8 @@
-"""The powers of one trial's beams, found in the dual uplink; the algorithm is that of `uplink`.
-
-A trial's scalars stand in one array, at the places named below.
-"""
+"""The powers of one trial's beams, found in the dual uplink; the algorithm is that of `uplink`."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,50 +20,62 @@ from echobeam.beamforming.direct.uplink import (
 from echobeam.values import Array
 
 SCALE, FACTOR, RESIDUAL, SCALARS = 0, 1, 2, 3
+"""Places in `Powers.scalars`, and their number."""
+
+
+class Powers(NamedTuple):
+    """The uplink of one trial, see `uplink.Uplink`: ``(K,)`` each, and ``(SCALARS,)``."""
+
+    loss: Array
+    threshold: Array
+    share: Array
+    price: Array
+    level: Array
+    leeway: Array
+    scalars: Array
 
 
 @compiled
-def start_powers(
-    loss: Array, share: Array, price: Array, level: Array, leeway: Array, scalars: Array
-) -> None:
-    """Set prices, levels and scalars to the start from a share, `uplink.start_uplink`."""
+def start_powers(loss: Array, threshold: Array, share: Array) -> Powers:
+    """Return where a trial's powers start, `uplink.start_uplink`; the share is changed later on."""
+    users = loss.size
+    powers = Powers(
+        loss=loss,
+        threshold=threshold,
+        share=share,
+        price=np.empty(users),
+        level=np.empty(users),
+        leeway=np.empty(users),
+        scalars=np.empty(SCALARS),
+    )
     least = np.inf
-    for user in range(loss.size):
+    for user in range(users):
         least = min(least, loss[user])
-        price[user] = FIRST_GAP
-        level[user] = share[user] / loss[user]
-        leeway[user] = 0.0
-    scalars[SCALE] = np.log1p(1.0 / least)
-    scalars[FACTOR] = 1.0
-    scalars[RESIDUAL] = np.inf if loss.size > 1 else 0.0
+        powers.price[user] = FIRST_GAP
+        powers.level[user] = share[user] / loss[user]
+        powers.leeway[user] = 0.0
+    powers.scalars[SCALE] = np.log1p(1.0 / least)
+    powers.scalars[FACTOR] = 1.0
+    powers.scalars[RESIDUAL] = np.inf if users > 1 else 0.0
+    return powers
 
 
 @compiled
-def step_powers(
-    loss: Array,
-    threshold: Array,
-    power: Array,
-    leak: Array,
-    share: Array,
-    price: Array,
-    level: Array,
-    leeway: Array,
-    scalars: Array,
-    hold: bool,
-) -> None:
+def improve(powers: Powers, power: Array, leak: Array, hold: bool) -> None:
     """Improve lambda for shapes as they are, in place, `uplink.step`.
 
     Parameters
     ----------
-    loss, threshold, power
+    powers
+        All but loss and threshold is changed.
+    power
         ``(K,)``.
     leak
         ``(K, K)``: [k, i] what object i hears of beam k, zero on the diagonal.
-    share, price, level, leeway, scalars
-        ``(K,)`` each, ``(SCALARS,)``; changed.
     hold
         Leave the shares of the surplus as they are.
     """
+    loss, threshold, level, scalars = powers.loss, powers.threshold, powers.level, powers.scalars
     users = loss.size
     base, spread, met = _floors(threshold, power, leak, loss)
     if met:
@@ -83,24 +94,23 @@ def step_powers(
         for row in range(users):
             spread[row, column] *= budget / cost
     if users > 1 and not hold:
-        _newton(base, spread, power, leak, share, price, leeway, scalars)
+        _newton(powers, base, spread, power, leak)
     if met:
         for row in range(users):
             level[row] = base[row]
             for column in range(users):
-                level[row] += spread[row, column] * share[column]
+                level[row] += spread[row, column] * powers.share[column]
     else:
         scalars[RESIDUAL] = 0.0
     for user in range(users):
         if not (met and loss[user] * level[user] < SILENT):
-            leeway[user] = 0.0
+            powers.leeway[user] = 0.0
 
 
 @compiled
-def downlink(
-    loss: Array, power: Array, leak: Array, level: Array, ratio: Array, received: Array
-) -> bool:
+def downlink(powers: Powers, power: Array, leak: Array, ratio: Array, received: Array) -> bool:
     """Fill ``(K,)`` SINRs and the powers that reach them, `uplink.downlink`; tell if they exist."""
+    loss, level = powers.loss, powers.level
     users = loss.size
     system = scaled_identity(users, 1.0)
     right = np.empty((users, 1))
@@ -168,17 +178,9 @@ def _share_shortage(
 
 
 @compiled
-def _newton(
-    base: Array,
-    jacobian: Array,
-    power: Array,
-    leak: Array,
-    share: Array,
-    price: Array,
-    leeway: Array,
-    scalars: Array,
-) -> None:
+def _newton(powers: Powers, base: Array, jacobian: Array, power: Array, leak: Array) -> None:
     """Take a primal-dual step on the share, with the interference term linearised."""
+    share, price, scalars = powers.share, powers.price, powers.scalars
     users = share.size
     scale = scalars[SCALE]
     level = np.empty(users)
@@ -225,7 +227,7 @@ def _newton(
         best += share[row] * slope[row]
     for row in range(users):
         margin = max(best - slope[row], 0.0)
-        leeway[row] = margin / (margin + jacobian[row, row] / total[row] / scale)
+        powers.leeway[row] = margin / (margin + jacobian[row, row] / total[row] / scale)
     eliminate(bend, right)
     value, weight = 0.0, 0.0
     for row in range(users):

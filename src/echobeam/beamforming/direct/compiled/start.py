@@ -17,73 +17,54 @@ from echobeam.beamforming.direct.chirp import (
 from echobeam.beamforming.direct.compiled.arrays import copy_into, fill, scaled_identity
 from echobeam.beamforming.direct.compiled.decorate import compiled
 from echobeam.beamforming.direct.compiled.linear import factor, solve
-from echobeam.beamforming.direct.compiled.steering import from_antennas
-from echobeam.beamforming.direct.compiled.step import (
+from echobeam.beamforming.direct.compiled.shape import (
     BARRIER,
     RESIDUAL,
     RIPPLE,
     SHIFT,
     TARGET,
+    Shape,
     power_of,
     respond_from,
     slacks,
 )
+from echobeam.beamforming.direct.compiled.steering import from_antennas
 from echobeam.values import Array, ComplexArray
 
 
 @compiled
 def start_shape(
-    rows: Array,
-    offset: Array,
-    imposed: Array,
-    cover: tuple[float, float, float],
-    chirp: float,
-    n_tx: int,
-    scalars: Array,
-    z: Array,
+    shape: Shape, imposed: Array, cover: tuple[float, float, float], chirp: float
 ) -> None:
-    """Set a beam's coordinates ``(2 n,)`` and scalars to the start, `chirp.start_shapes`.
+    """Set a beam's coordinates and scalars to the start, `chirp.start_shapes`.
 
     Parameters
     ----------
-    rows, offset
-        ``(n, R)``, ``(R,)``.
+    shape
+        With rows, offset and target.
     imposed
         ``(m,)`` rad: phases of the points imposed.
     cover
         rad: phase of the own object, least and largest phase of the cover.
     chirp
         Rate of the chirp.
-    n_tx
-        N.
-    scalars
-        ``(SCALARS,)``, the target among them.
-    z
-        Filled.
     """
+    scalars = shape.scalars
     scalars[BARRIER], scalars[SHIFT], scalars[RESIDUAL] = FIRST_BARRIER, 0.0, np.inf
     scalars[RIPPLE] = scalars[TARGET]
-    m = imposed.size
     excess = 0.0
-    for row in range(m):
-        excess = max(excess, abs(offset[row] ** 2 - 1.0))
+    for row in range(imposed.size):
+        excess = max(excess, abs(shape.offset[row] ** 2 - 1.0))
     if excess <= (1.0 - MATCHED_SLACK) * scalars[TARGET]:
-        fill(z, 0.0)
+        fill(shape.z, 0.0)
         scalars[BARRIER] = MATCHED_BARRIER
     else:
-        _chirped(rows, offset, imposed, cover, chirp, n_tx, z)
+        _chirped(shape, imposed, cover, chirp)
 
 
 @compiled
-def _chirped(
-    rows: Array,
-    offset: Array,
-    imposed: Array,
-    cover: tuple[float, float, float],
-    chirp: float,
-    n_tx: int,
-    z: Array,
-) -> None:
+def _chirped(shape: Shape, imposed: Array, cover: tuple[float, float, float], chirp: float) -> None:
+    rows, offset, z, n_tx = shape.rows, shape.offset, shape.z, shape.basis.shape[1]
     own, low, high = cover
     size, m = rows.shape[0], imposed.size
     middle = 0.5 * (low + high)
@@ -112,10 +93,9 @@ def _chirped(
 
 
 @compiled
-def keep_warm(
-    rows: Array, offset: Array, m: int, basis: Array, warm: ComplexArray, scalars: Array, z: Array
-) -> None:
+def keep_warm(shape: Shape, warm: ComplexArray) -> None:
     """Start from a beam given, where it is not much worse than what there is."""
+    basis = shape.basis
     size, n_tx = basis.shape[0] - 1, basis.shape[1]
     coordinates = np.empty(n_tx, dtype=np.complex128)
     from_antennas(warm, coordinates)
@@ -135,37 +115,30 @@ def keep_warm(
     for place in range(size):
         value = complex(given[place], given[size + place]) / own
         given[place], given[size + place] = value.real, value.imag
-    target = scalars[TARGET]
-    if _cost(rows, offset, m, given, target) < WORSE * _cost(rows, offset, m, z, target):
-        copy_into(z, given)
-        scalars[BARRIER] = min(scalars[BARRIER], WARM_BARRIER)
+    if _cost(shape, given) < WORSE * _cost(shape, shape.z):
+        copy_into(shape.z, given)
+        shape.scalars[BARRIER] = min(shape.scalars[BARRIER], WARM_BARRIER)
 
 
 @compiled
-def _cost(rows: Array, offset: Array, m: int, z: Array, target: float) -> float:
+def _cost(shape: Shape, z: Array) -> float:
     """Return the power of coordinates, with a penalty for ripple beyond what is allowed."""
-    response = np.empty((2, offset.size))
-    respond_from(rows, offset, z, response)
+    response = np.empty((2, shape.offset.size))
+    respond_from(shape.rows, shape.offset, z, response)
     excess = 0.0
-    for row in range(m):
+    for row in range(shape.low.size):
         excess = max(excess, abs(response[0, row] ** 2 + response[1, row] ** 2 - 1.0))
     power = power_of(z)
-    return power + 10.0 * max(excess / target - power, 0.0)
+    beyond: float = max(excess / shape.scalars[TARGET] - power, 0.0)
+    return power + 10.0 * beyond
 
 
 @compiled
-def make_feasible(
-    rows: Array,
-    offset: Array,
-    z: Array,
-    response: Array,
-    low: Array,
-    high: Array,
-    scalars: Array,
-) -> None:
+def make_feasible(shape: Shape) -> None:
     """Widen the imposed ripple where the point does not leave some of it free."""
-    respond_from(rows, offset, z, response)
-    power = power_of(z)
+    response, low, high, scalars = shape.response, shape.low, shape.high, shape.scalars
+    respond_from(shape.rows, shape.offset, shape.z, response)
+    power = power_of(shape.z)
     excess = 0.0
     for row in range(low.size):
         size = response[0, row] ** 2 + response[1, row] ** 2

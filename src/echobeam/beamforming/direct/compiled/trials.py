@@ -15,19 +15,16 @@ from echobeam.beamforming.direct.climb import AUDIBLE, HELD, MOST_STEPS, PROBE_S
 from echobeam.beamforming.direct.compiled import powers as uplink
 from echobeam.beamforming.direct.compiled.arrays import scaled_identity
 from echobeam.beamforming.direct.compiled.climb import (
-    Covers,
     descend,
     disturbance,
     globally_best,
     harvest,
-    listen,
     loudest,
-    set_out,
-    start_uplink,
     sum_rate,
 )
 from echobeam.beamforming.direct.compiled.decorate import compiled_once, fingerprint
-from echobeam.beamforming.direct.compiled.step import power_of
+from echobeam.beamforming.direct.compiled.shape import power_of
+from echobeam.beamforming.direct.compiled.shapes import Covers, listen, set_out
 from echobeam.values import Array, ComplexArray, IntArray
 
 PATIENCE = 2.0
@@ -144,7 +141,7 @@ def _runner() -> Callable[..., None]:
         for trial in range(loss.shape[0]):
             covers = Covers(phases[trial], reach[trial], ripple[trial])
             shapes = set_out(covers, n_tx, chirp, warm[trial] if warm.size else nobody)
-            powers = start_uplink(loss[trial], threshold[trial], share[trial])
+            powers = uplink.start_powers(loss[trial], threshold[trial], share[trial])
             power, leak = np.empty(loss.shape[1]), scaled_identity(loss.shape[1], 0.0)
             listen(shapes, power, leak)
             heard = loudest(powers, power, leak)

@@ -1,0 +1,86 @@
+"""The shape of one beam on its way, and what it does: power, responses, slacks; see `barrier`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from echobeam.beamforming.direct.compiled.arrays import fill
+from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.values import Array, IntArray
+
+BARRIER, RIPPLE, TARGET, SHIFT, RESIDUAL, SCALARS = 0, 1, 2, 3, 4, 5
+"""Places in `Shape.scalars`, and their number."""
+
+
+class Shape(NamedTuple):
+    """One beam of `barrier.Shapes`, with the points imposed on it and its basis.
+
+    Attributes
+    ----------
+    basis
+        ``(r, N)``.
+    points
+        ``(m,)``: grid points imposed.
+    rows, offset, response
+        ``(n, R)``, ``(R,)``, ``(2, R)``.
+    z
+        ``(2 n,)``: real parts, then imaginary ones.
+    low, high
+        ``(m,)``: multipliers.
+    scalars
+        ``(SCALARS,)``.
+    """
+
+    basis: Array
+    points: IntArray
+    rows: Array
+    offset: Array
+    response: Array
+    z: Array
+    low: Array
+    high: Array
+    scalars: Array
+
+
+@compiled
+def power_of(z: Array) -> float:
+    """Return P = 1 + |z|^2."""
+    total = 1.0
+    for value in z:
+        total += value * value
+    return total
+
+
+@compiled
+def respond(rows: Array, z: Array, response: Array) -> None:
+    """Fill ``(2, R)`` with a^T z."""
+    size, count = rows.shape
+    for part in range(2):
+        heard = response[part]
+        fill(heard, 0.0)
+        for place in range(size):
+            line, value = rows[place], z[part * size + place]
+            for row in range(count):
+                heard[row] += line[row] * value
+
+
+@compiled
+def respond_from(rows: Array, offset: Array, z: Array, response: Array) -> None:
+    """Fill ``(2, R)`` with the responses a_0 + a^T z."""
+    respond(rows, z, response)
+    for row in range(offset.size):
+        response[0, row] += offset[row]
+
+
+@compiled
+def slacks(response: Array, allowed: float, below: Array, above: Array) -> float:
+    """Fill what is left of (38f) below and above, ``(m,)`` each; return the least."""
+    least = np.inf
+    for row in range(below.size):
+        excess = response[0, row] ** 2 + response[1, row] ** 2 - 1.0
+        below[row] = allowed + excess
+        above[row] = allowed - excess
+        least = min(least, below[row], above[row])
+    return least
