@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from echobeam.faults import InputError
 from echobeam.values import Array, Axis, BoolArray, ComplexArray, IntArray
@@ -109,33 +108,12 @@ class BeamProblem:
             for name in ("power", "noise", "alpha0", "spacing", "resolution")
         }
         n_tx = _scalar("n_tx", self.n_tx, faults)
-        for name, most in MOST.items():
-            sizes = np.atleast_1d(values[name] if name in values else scalars[name])
-            fits = (sizes <= 0.0) | (sizes >= LEAST) & (sizes <= most)
-            wanted = f"{name} must lie between {LEAST:g} and {most:g}"
-            _check(fits, f"{wanted}, not {sizes.tolist()}", faults)
-        _check(
-            values["distances"] > 0,
-            f"distances must be positive, not {values['distances'].tolist()}",
-            faults,
-        )
-        halfwidths = values["coverage_halfwidths"]
-        _check(
-            (halfwidths >= 0) & (halfwidths <= math.pi / 2),
-            "coverage_halfwidths must lie between 0 and pi/2 (the half plane), "
-            f"not {halfwidths.tolist()}",
-            faults,
-        )
-        for name in ("ripple", "min_rate"):
-            least = f"{name} must not be negative: {values[name].tolist()}"
-            _check(values[name] >= 0, least, faults)
-        for name, number in scalars.items():
-            _check(number > 0, f"{name} must be positive, not {number:g}", faults)
+        faults += _out_of_range({name: vector.tolist() for name, vector in values.items()}, scalars)
         whole = n_tx >= 1 and n_tx == int(n_tx)
-        _check(whole, f"n_tx must be a whole number from 1, not {n_tx:g}", faults)
-        if not faults:
-            fits = fitting_loss(values["distances"], **_radio(scalars))
-            _check(fits, "noise distances^2 / (power alpha0^2) is beyond 1e-24 to 1e24", faults)
+        if not whole:
+            faults.append(f"n_tx must be a whole number from 1, not {n_tx:g}")
+        if not faults and not fitting_loss(values["distances"], **_radio(scalars)).all():
+            faults.append("noise distances^2 / (power alpha0^2) is beyond 1e-24 to 1e24")
         if not isinstance(self.axis, str) or self.axis not in ("vertical", "horizontal"):
             faults.append(f"axis must be 'vertical' or 'horizontal', not {self.axis!r}")
         warm = None
@@ -237,6 +215,34 @@ def fitting_loss(distances: Array, power: float, noise: float, alpha0: float) ->
     return fits
 
 
+def _out_of_range(vectors: dict[str, list[float]], scalars: dict[str, float]) -> list[str]:
+    """Return a fault for every value that lies outside its range.
+
+    Plain numbers: with so few, NumPy would take longer than the solver.
+    """
+    faults = []
+    given = vectors | {name: [number] for name, number in scalars.items()}
+    for name, most in MOST.items():
+        if not all(x <= 0.0 or LEAST <= x <= most for x in given[name]):
+            faults.append(f"{name} must lie between {LEAST:g} and {most:g}, not {given[name]}")
+    if not all(x > 0.0 for x in vectors["distances"]):
+        faults.append(f"distances must be positive, not {vectors['distances']}")
+    halfwidths = vectors["coverage_halfwidths"]
+    if not all(0.0 <= x <= math.pi / 2 for x in halfwidths):
+        faults.append(
+            f"coverage_halfwidths must lie between 0 and pi/2 (the half plane), not {halfwidths}"
+        )
+    for name in ("ripple", "min_rate"):
+        if not all(x >= 0.0 for x in vectors[name]):
+            faults.append(f"{name} must not be negative: {vectors[name]}")
+    faults += [
+        f"{name} must be positive, not {number:g}"
+        for name, number in scalars.items()
+        if not number > 0.0
+    ]
+    return faults
+
+
 def _radio(scalars: dict[str, float]) -> dict[str, float]:
     return {name: scalars[name] for name in ("power", "noise", "alpha0")}
 
@@ -297,8 +303,3 @@ def _shown(value: object) -> str:
     except ValueError:  # a whole number of more digits than Python writes out
         return "a number too large"
     return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
-
-
-def _check(condition: bool | npt.NDArray[np.bool_], message: str, faults: list[str]) -> None:
-    if not np.all(condition):
-        faults.append(message)
