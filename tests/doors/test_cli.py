@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import math
 import os
 import subprocess
 import sys
@@ -317,7 +318,10 @@ def test_a_sweep_as_json_is_its_result_and_nothing_else(tmp_path):
     assert {key: document[key] for key in ("scenario", "seed", "trials", "result")} == {
         "scenario": "paper-single", "seed": 0, "trials": 5, "result": "s.nc",
     }  # fmt: skip
-    assert document["vary"] == {"radio.power": [0.1, 1], "objects.0.angle": ["60 deg", "45 deg"]}
+    assert document["vary"] == {
+        "radio.power": [0.1, 1],
+        "objects.0.angle": [math.radians(60), math.radians(45)],
+    }
     assert len(document["points"]) == 4
     with xr.open_dataset(tmp_path / "s.nc") as result:
         for point in document["points"]:
@@ -340,7 +344,7 @@ def test_full_results_of_a_sweep_are_those_of_runs(tmp_path):
     sets = [word for setting in settings for word in ("--set", setting)]
     run = ("run", "paper-single", *LIGHT, *sets, "--trials", 5, "--out", "r.nc", "--quiet")
     assert echobeam(*run, cwd=tmp_path).returncode == 0
-    assert points[3]["settings"] == {"radio.power": 1, "objects.0.angle": "45 deg"}
+    assert points[3]["settings"] == {"radio.power": 1, "objects.0.angle": math.radians(45)}
     with (
         xr.open_dataset(tmp_path / points[3]["result"]) as point,
         xr.open_dataset(tmp_path / "r.nc") as result,
@@ -351,6 +355,17 @@ def test_full_results_of_a_sweep_are_those_of_runs(tmp_path):
     fewer = (*SWEEP, "--vary", "radio.power=1,2", "--full", "--force", "--out", "s.nc")
     assert echobeam(*fewer, cwd=tmp_path).returncode == 0
     assert sorted(path.name for path in (tmp_path / "s-points").iterdir()) == ["0001.nc", "0002.nc"]
+
+
+def test_plot_says_what_can_be_plotted_of_a_sweep(tmp_path):
+    vary = ("--vary", "array.n_tx=8,16", "--quiet")
+    echobeam(*SWEEP, *vary, "--out", "s.nc", cwd=tmp_path)
+    refused(echobeam("plot", "s.nc", cwd=tmp_path), "s.nc: the result of a sweep", "--full")
+    echobeam(*SWEEP, *vary, "--full", "--out", "f.nc", cwd=tmp_path)
+    message = "f.nc: the result of a sweep, not of one run; take that of a point, such as "
+    refused(echobeam("plot", "f.nc", cwd=tmp_path), message + "f-points/0001.nc")
+    done = echobeam("plot", "f-points/0001.nc", "--kind", "rate", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
 
 
 def test_resuming_a_finished_sweep_says_so_and_changes_no_byte(tmp_path):
@@ -406,6 +421,7 @@ def test_a_sweep_of_a_trace(tmp_path):
         ([], ["nothing varies"]),
         (["--vary", "radio.power"], ["--vary radio.power", "KEY=V1,V2"]),
         (["--vary", "radio.power=1,1"], ["twice"]),
+        (["--vary", "uav.height=80 m,8000 cm"], ["uav.height", "twice", "80 m and as 8000 cm"]),
         (["--vary", "radio.power=1,-1"], ["radio.power", "-1"]),
         (["--vary", "radio.pwer=1,2"], ["radio.pwer", "power"]),
         (["--vary", "schemes=1,2"], ["schemes"]),

@@ -1,5 +1,7 @@
 import csv
+import math
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +14,10 @@ from echobeam.scenario import ScenarioError
 from echobeam.simulation.summary import summarise
 from echobeam.store.block_files import BlockFiles
 from echobeam.store.writing import StoreError
+from echobeam.sweeps.coordinates import coordinate
 from echobeam.sweeps.grid import Grid, SweepError, Varied, grid_dataset, read_varied, tidy_csv
 from echobeam.sweeps.points import run_study, study_in
+from echobeam.units import parse_quantity
 
 AXES = (Varied("radio.power", ("0.1", "1")), Varied("objects.0.angle", ("60 deg", "45 deg")))
 SCHEMES = ("water-filling", "omni")
@@ -40,7 +44,8 @@ def test_a_point_is_the_run_of_its_scenario(swept):
         )
         result = eb.simulate(scenario, SCHEMES, trials=20, seed=3)
         np.testing.assert_array_equal(study.kept(index)["rate"], result["rate"].values)
-        point = dataset.sel({"radio.power": float(power), "objects.0.angle": angle})
+        at_angle = parse_quantity(angle, "angle")
+        point = dataset.sel({"radio.power": float(power), "objects.0.angle": at_angle})
         for name, figures in summarise(result, scenario).items():
             at = point.sel(scheme=name)
             assert float(at["frame_rate_mean"]) == figures.frame_rate_mean
@@ -56,11 +61,13 @@ def test_a_tidy_csv_has_a_row_per_point_and_scheme(swept, tmp_path):
     with open(tmp_path / "s.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 8
-    assert rows[0]["objects.0.angle"] == "60 deg"
+    assert float(rows[0]["objects.0.angle"]) == math.radians(60)
     assert {"frame_rate_mean", "frame_rate_low", "frame_rate_high", "outage"} <= set(rows[0])
     last = swept[2].isel({"radio.power": 1, "objects.0.angle": 1}).sel(scheme="omni")
     (row,) = [
-        row for row in rows[4:] if (row["objects.0.angle"], row["scheme"]) == ("45 deg", "omni")
+        row
+        for row in rows[4:]
+        if (float(row["objects.0.angle"]), row["scheme"]) == (math.radians(45), "omni")
     ]
     for name in ("angle_over_bound", "distance_over_bound", "nees"):
         assert float(row[name]) == pytest.approx(float(last[name].mean()))
@@ -98,13 +105,71 @@ def test_an_interrupted_study_goes_on_and_comes_to_the_same(swept, tmp_path):
         "=1,2",
         "radio.power=",
         "radio.power=1,,2",
-        "radio.power=1,1",
-        "radio.power=1,1.0",
     ],
 )
 def test_what_does_not_vary_is_refused(text):
     with pytest.raises(SweepError, match="vary"):
         read_varied(text)
+
+
+def swept_values(source, key, *texts):
+    """Return the coordinate of a grid with one axis that is not run."""
+    points = Grid(source, (), (Varied(key, texts),)).points(("omni",), 1, ())
+    return coordinate([point.scenario for point in points], key, texts)
+
+
+@pytest.mark.parametrize(
+    ("key", "texts", "values", "units"),
+    [
+        ("array.n_tx", ("16", "32"), [16, 32], "1"),
+        ("trials", ("2", "3"), [2, 3], "1"),
+        ("radio.power", ("1", "10"), [1.0, 10.0], "1"),
+        ("uav.height", ("80 m", "0.09 km", "100"), [80.0, 90.0, 100.0], "m"),
+        ("objects.0.angle", ("60 deg", "45 deg"), [math.pi / 3, math.pi / 4], "rad"),
+        ("radio.carrier", ("30 GHz", "28e9"), [30e9, 28e9], "Hz"),
+        ("coverage.ripple", ("1", "3"), [1.0, 3.0], "1"),
+        ("coverage.ripple", ("3", "0.1 N_t"), ["3", "0.1 N_t"], None),
+        ("filter.evolution", ("paper", "exact"), ["paper", "exact"], None),
+        ("truth.process_noise", ("true", "false"), ["true", "false"], None),
+        ("radar.rcs", ("[1, 2]", "[2,3]"), ["[1, 2]", "[2,3]"], None),
+        ("radar.rcs.0", ("1", "2"), [1.0, 2.0], None),
+    ],
+)
+def test_coordinates_are_what_the_scenario_reads(key, texts, values, units):
+    dimension, found, attrs = swept_values("paper-single", key, *texts)
+    assert dimension == key
+    assert found.dtype.kind == np.array(values).dtype.kind
+    assert found.tolist() == pytest.approx(values) if units else found.tolist() == values
+    assert attrs.get("units") == units
+
+
+@pytest.mark.parametrize(
+    ("key", "texts"),
+    [
+        ("radio.power", ("1", "2", "1")),
+        ("radio.power", ("1", "1.0")),
+        ("uav.height", ("80 m", "8000 cm")),
+        ("filter.distance_std", ("0.7 m", "70 cm")),  # 70 * 0.01 is not 0.7
+        ("objects.0.angle", ("60 deg", "1.0471975511965976")),
+        ("radar.rcs", ("[1, 2]", "[1.0,2]")),
+        ("coverage.ripple", ("0.1 N_t", "0.10 N_t")),
+    ],
+)
+def test_values_that_the_scenario_reads_alike_are_refused(key, texts):
+    axes = (Varied("array.n_tx", ("8", "16")), Varied(key, texts), Varied("trials", ("1", "2")))
+    first, last = texts[0], texts[-1]
+    message = f"--vary {key}: a value stands twice, as {first} and as {last}; give each one once"
+    with pytest.raises(SweepError, match=f"^{re.escape(message)}$"):
+        Grid("paper-single", (), axes).points(("omni",), 1, ())
+
+
+def test_every_axis_of_a_product_has_its_own_values():
+    axes = (AXES[1], Varied("array.n_tx", ("8", "16", "32")), AXES[0])
+    grid = Grid("paper-single", (), axes)
+    points = grid.points(("omni",), 1, ())
+    assert [one.array.n_tx for one in grid.along(points, 1)] == [8, 16, 32]
+    assert [one.radio.power for one in grid.along(points, 2)] == [0.1, 1.0]
+    assert [round(math.degrees(one.objects[0].angle)) for one in grid.along(points, 0)] == [60, 45]
 
 
 def test_grids_that_are_none():

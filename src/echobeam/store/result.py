@@ -18,6 +18,10 @@ from echobeam.store.writing import StoreError
 if TYPE_CHECKING:
     import xarray as xr
 
+VARY, WHOLE_RESULT = "vary", "result"
+"""Of a sweep's result: the attribute that says what was varied, and the variable that says where
+every point's whole result is, if they were kept."""
+
 
 def write_result(
     path: Path,
@@ -126,7 +130,7 @@ def open_result(path: str | Path) -> xr.Dataset:
     Raises
     ------
     StoreError
-        If there is no such file or it is not a result of echobeam.
+        If there is no such file, or it is not the result of a run.
     """
     import xarray as xr
 
@@ -141,6 +145,17 @@ def open_result(path: str | Path) -> xr.Dataset:
         name for name in ("scenario", "seed") if name not in result.attrs
     ]
     if missing:
+        instead = _instead_of_sweep(result, path) if VARY in result.attrs else None
         result.close()
+        if instead is not None:
+            raise StoreError(f"{path}: the result of a sweep, not of one run; {instead}")
         raise StoreError(f"{path}: not a result of echobeam: {', '.join(missing)} missing")
     return result
+
+
+def _instead_of_sweep(sweep: xr.Dataset, path: Path) -> str:
+    """Say which results of runs a sweep has, or how to come by them."""
+    if WHOLE_RESULT not in sweep:
+        return "`echobeam sweep --full` keeps the result of every point too, which can be plotted"
+    first = path.parent / str(sweep[WHOLE_RESULT].values.flat[0])
+    return f"take that of a point, such as {first}"

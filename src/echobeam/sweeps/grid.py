@@ -14,8 +14,10 @@ import numpy as np
 
 from echobeam.faults import InputError
 from echobeam.scenario.load import load_scenario, with_trace
+from echobeam.scenario.model import Scenario
 from echobeam.simulation.dataset import attributes
 from echobeam.simulation.summary import SchemeSummary, summarise_digest
+from echobeam.sweeps.coordinates import coordinate, first_repeated
 from echobeam.sweeps.points import Point, Study
 
 if TYPE_CHECKING:
@@ -43,14 +45,12 @@ def read_varied(text: str) -> Varied:
     Raises
     ------
     SweepError
-        If it is not of that form, or a value stands twice.
+        If it is not of that form.
     """
     key, equals, rest = text.partition("=")
     values = tuple(value.strip().strip("\"'") for value in _BETWEEN_VALUES.split(rest))
     if not equals or not key.strip() or not all(values):
         raise SweepError(f"--vary {text}: expected KEY=V1,V2,..., such as radio.power=0.1,1,10")
-    if len(set(_coordinate(values))) < len(values):
-        raise SweepError(f"--vary {text}: a value stands twice; give each one once")
     return Varied(key.strip(), values)
 
 
@@ -86,7 +86,7 @@ class Grid:
         Raises
         ------
         SweepError, ScenarioError
-            If a key stands twice, a trace would undo it, or a point is no scenario.
+            If a key or a value stands twice, a trace would undo it, or a point is no scenario.
         """
         keys = [axis.key for axis in self.axes]
         if not keys:
@@ -111,7 +111,25 @@ class Grid:
                     keep=keep,
                 )
             )
+        self._check_values(points)
         return points
+
+    def along(self, points: Sequence[Point], index: int) -> list[Scenario]:
+        """Return a scenario for each value of an axis, the other axes at their first values."""
+        stride = math.prod(len(axis.values) for axis in self.axes[index + 1 :])
+        count = len(self.axes[index].values)
+        return [points[i * stride].scenario for i in range(count)]
+
+    def _check_values(self, points: Sequence[Point]) -> None:
+        """Refuse two values that the scenario reads as the same, such as 80 m and 8000 cm."""
+        for index, axis in enumerate(self.axes):
+            repeated = first_repeated(self.along(points, index), axis.key)
+            if repeated is not None:
+                one, two = (axis.values[i] for i in repeated)
+                raise SweepError(
+                    f"--vary {axis.key}: a value stands twice, as {one} and as {two}; "
+                    "give each one once"
+                )
 
 
 SCALARS = {
@@ -177,7 +195,10 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
         intervals.reshape(*shape, len(names), 2),
         {"units": "bit/s/Hz", "long_name": "95 % interval of frame_rate_mean"},
     )
-    coords: dict[str, object] = {axis.key: _coordinate(axis.values) for axis in grid.axes}
+    coords: dict[str, object] = {
+        axis.key: coordinate(grid.along(study.points, index), axis.key, axis.values)
+        for index, axis in enumerate(grid.axes)
+    }
     coords |= {"scheme": names, "slot": np.arange(1, n_slots + 1), "end": ["low", "high"]}
     trials = [point.trials for point in study.points]
     attrs: dict[str, object] = dict(attributes(study.points[0].scenario, study.seed))
@@ -214,11 +235,3 @@ def _padded(figure: SchemeSummary, name: str, n_slots: int) -> object:
     padded = np.full(n_slots, np.nan)
     padded[: value.size] = value
     return padded
-
-
-def _coordinate(values: Sequence[str]) -> list[float] | list[str]:
-    """Return numbers where all values are plain numbers, else their texts."""
-    try:
-        return [float(value) for value in values]
-    except ValueError:
-        return list(values)

@@ -13,7 +13,7 @@ import numpy as np
 from echobeam.simulation.dataset import VARIABLES
 from echobeam.store.block_files import BlockFiles
 from echobeam.store.recorded import Done
-from echobeam.store.result import write_dataset, write_result
+from echobeam.store.result import VARY, WHOLE_RESULT, write_dataset, write_result
 from echobeam.store.workers import HERE, Progress, Workers, do_all
 from echobeam.store.writing import StoreError, check_writable, clear_leftovers, replacing
 from echobeam.sweeps.grid import Grid, grid_dataset, scheme_names, tidy_csv
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 WHOLE = (*VARIABLES, "phase")
 """What is kept of every point where full results are asked for."""
 
-JOB, VARY = "job", "vary"
-"""Attributes of a sweep's result: what tells it from any other, and what was varied."""
+JOB = "job"
+"""Attribute of a sweep's result: what tells it from any other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ def record_sweep(sweep: Sweep, progress: Progress = lambda done, total: None) ->
         dataset = grid_dataset(sweep.grid, study)
         dataset.attrs |= {JOB: study.job().digest(), VARY: sweep.vary()}
         if sweep.full:
-            dataset["result"] = _point_names(sweep, study)
+            dataset[WHOLE_RESULT] = _point_names(sweep, study)
         write_dataset(sweep.out, dataset)
         _write_csv(sweep)
         decisions = tuple(study.decisions(index, names) for index in range(len(study.points)))
