@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from echobeam.beamforming.design import design_batch
-from echobeam.benchmarking import problems, recorded
+from echobeam.benchmarking import measure, problems, recorded
 from echobeam.benchmarking.cases import CASES, QUICK, find_cases
 from echobeam.benchmarking.methods import METHODS, find_methods
 from echobeam.faults import InputError
@@ -77,14 +77,26 @@ def test_the_known_point_is_as_it_is_stated() -> None:
 def test_a_warm_start_is_the_design_of_objects_one_slot_back() -> None:
     drawn = problems.on_the_road(8, 1, 1.0)
     trials = np.arange(3)
-    warm = drawn.warm(trials)
     assert drawn.before is not None
+    warm = drawn.with_warm_start(np.inf).warm(trials)
     assert warm.warm_start is not None
     moved = np.abs(drawn.batch.distances**2 - 100.0**2) ** 0.5
     back = np.abs(drawn.before.distances**2 - 100.0**2) ** 0.5
     assert np.allclose(np.abs(moved - back), 0.3)
     assert np.array_equal(warm.warm_start, design_batch(drawn.before.taken(trials)).beams)
     assert np.array_equal(warm.angles, drawn.batch.angles[trials])
+
+
+def test_the_slot_before_is_designed_for_as_many_problems_as_time_allows() -> None:
+    drawn = problems.on_the_road(8, 1, 1.0)
+    few, all_of_them = (drawn.with_warm_start(seconds).warm_start for seconds in (0.0, np.inf))
+    assert few is not None
+    assert all_of_them is not None
+    assert len(few) == problems.PREPARED_TOGETHER
+    assert len(all_of_them) == len(drawn.batch)
+    assert np.array_equal(few, all_of_them[: len(few)])
+    part = measure.time_method(METHODS["fast-warm"], drawn.with_warm_start(0.0), 1)
+    assert part.seconds.size == len(few)
 
 
 def test_recorded_problems_are_those_that_the_run_solved() -> None:

@@ -18,6 +18,9 @@ BUDGET = 2.0
 """s: about what one method may take for one case; it gets fewer problems if they are slow. A method
 that takes many together gets more of them until a call takes so long."""
 
+PREPARING = 15.0
+"""s: about what the slot before may take to design; so many problems get a warm start."""
+
 PROBE, GROWTH = 4, 4
 """Problems of the first call of a method that takes many together, and by what calls grow while
 they can be afforded: a small batch costs more per problem."""
@@ -89,6 +92,8 @@ def run_case(
         Methods named by the user: they are run whatever the size of the problems.
     """
     problems = case.make()
+    if any(method.warm for method in methods):
+        problems = problems.with_warm_start(PREPARING)
     skipped: dict[str, str] = {}
     timed = []
     for method in methods:
@@ -111,6 +116,8 @@ def time_method(method: Method, problems: CaseProblems, repeat: int) -> Timed:
     """
     _load(method)
     total = min(len(problems.batch), method.most)
+    if method.warm and problems.warm_start is not None:
+        total = min(total, len(problems.warm_start))
     size = min(total, PROBE if method.together > 1 else 1)
     first = _timed(method, problems, np.arange(size), 1)
     if _spent(first) > BUDGET:

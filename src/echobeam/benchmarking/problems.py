@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +32,9 @@ POWER = 1e4
 STEP = 0.3
 """m: what an object of 30 m/s moves along the road in a slot of 10 ms."""
 
+PREPARED_TOGETHER = 16
+"""Problems of the slot before that are designed in one call."""
+
 DEGREES_APART = (3.0, 6.0)
 """Least and largest angle between neighbours in the hard cases."""
 
@@ -44,9 +48,9 @@ class CaseProblems:
     batch
         T problems without a warm start.
     warm_start
-        ``(T, K, n_tx)``: the beams of the slot before, where they were recorded.
+        ``(W, K, n_tx)``: the beams of the slot before for the first W problems.
     before
-        The same objects' problems one slot earlier, to be designed for a warm start.
+        The same objects' problems one slot earlier, where beams are yet to be designed for them.
     """
 
     batch: ProblemBatch
@@ -58,18 +62,27 @@ class CaseProblems:
         """Whether there is a slot before."""
         return self.warm_start is not None or self.before is not None
 
+    def with_warm_start(self, seconds: float) -> CaseProblems:
+        """Return the same problems with the slot before designed for as many as time allows."""
+        if self.before is None:
+            return self
+        beams: list[ComplexArray] = []
+        begun = time.perf_counter()
+        for first in range(0, len(self.before), PREPARED_TOGETHER):
+            part = np.arange(first, min(first + PREPARED_TOGETHER, len(self.before)))
+            beams.append(design_batch(self.before.taken(part)).beams)
+            if time.perf_counter() - begun > seconds:
+                break
+        return replace(self, warm_start=np.concatenate(beams), before=None)
+
     def cold(self, trials: IntArray) -> ProblemBatch:
         """Return some of the problems, to be solved from nothing."""
         return self.batch.taken(trials)
 
     def warm(self, trials: IntArray) -> ProblemBatch:
         """Return some of the problems with the beams of the slot before."""
-        if self.before is not None:
-            beams = design_batch(self.before.taken(trials)).beams
-        else:
-            assert self.warm_start is not None
-            beams = self.warm_start[trials]
-        return replace(self.cold(trials), warm_start=beams)
+        assert self.warm_start is not None
+        return replace(self.cold(trials), warm_start=self.warm_start[trials])
 
 
 def on_the_road(n_tx: int, n_objects: int, sigma: float) -> CaseProblems:
