@@ -23,7 +23,7 @@ distributed = pytest.importorskip("distributed", reason="pip install 'echobeam[c
 @pytest.fixture(scope="module")
 def cluster():
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
     ) as cluster:
         yield cluster
 
@@ -96,7 +96,7 @@ def test_a_worker_with_another_solver_refuses():
 @pytest.mark.slow
 def test_a_cluster_with_another_solver_is_one_message(tmp_path):
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None
+        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0"
     ) as cluster:
         with distributed.Client(cluster.scheduler_address) as client:
             client.run(other_solver)
