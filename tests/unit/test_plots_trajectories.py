@@ -107,6 +107,28 @@ def test_ellipses_hold_95_per_cent():
         np.testing.assert_allclose(squared, stats.chi2.ppf(0.95, 2), rtol=1e-6)
 
 
+def test_a_first_region_that_exceeds_the_picture_is_left_out():
+    """All ellipses that are drawn lie within the axes, as the legend says; the last is drawn."""
+    result = build_result(slots=20, trials=1)
+    cov = result["estimated_cov"].values
+    cov[:, :, :-1] = cov[:, :, -1:]
+    cov[:, :, :2] *= 1e6
+    scene = scene_of(result)
+    figure = trajectories.draw(result)
+    axes = figure.axes[1]
+    ellipses = [child for child in axes.get_children() if isinstance(child, Ellipse)]
+    centres = np.array([ellipse.get_center() for ellipse in ellipses])
+    np.testing.assert_allclose(centres[[0, -1]], scene.estimated[[2, 19], 0])
+    assert len(ellipses) == 3
+    (low_x, high_x), (low_y, high_y) = axes.get_xlim(), axes.get_ylim()
+    for ellipse in ellipses:
+        box = ellipse.get_path().get_extents(ellipse.get_patch_transform())
+        assert low_x < box.x0 < box.x1 < high_x
+        assert low_y < box.y0 < box.y1 < high_y
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "95 % region (if within axes)" in labels
+
+
 def test_arrows_point_in_the_direction_of_movement():
     scene_axes = trajectories.draw(build_result()).axes[0]
     uav, right, left = [tail for _, tail in arrows_of(scene_axes)]

@@ -263,11 +263,18 @@ _ESTIMATED: dict[str, Any] = {
 
 
 def _draw_ellipses(axes: Axes, centres: Array, spreads: Array, colour: str) -> None:
-    """Draw the estimates' 95 % ellipses at a few slots; the last one will be seen whole."""
+    """Draw the estimates' 95 % ellipses at a few slots, of those that are seen whole.
+
+    Left out are ellipses larger than all other marks together, as those of the first slots often
+    are, unless the last one, which is always drawn, is half their size.
+    """
     usable = np.isfinite(spreads).all(axis=(1, 2)) & np.isfinite(centres).all(axis=1)
     some = np.flatnonzero(usable)
     if not some.size:
         return
+    reach = _ELLIPSE_SIGMAS * np.sqrt(np.maximum(np.diagonal(spreads, axis1=1, axis2=2), 0.0))
+    room = np.maximum(np.ptp(axes.dataLim.get_points(), axis=0), 4.0 * reach[some[-1]])
+    some = some[(2.0 * reach[some] <= room).all(axis=-1)]
     some = some[np.unique(np.linspace(0, some.size - 1, _ELLIPSES).astype(int))]
     for i in some:
         values, vectors = np.linalg.eigh(spreads[i])
@@ -278,8 +285,7 @@ def _draw_ellipses(axes: Axes, centres: Array, spreads: Array, colour: str) -> N
             edgecolor=colour, linewidth=0.7, zorder=1.5,
         )  # fmt: skip
         axes.add_artist(ellipse)
-    reach = _ELLIPSE_SIGMAS * np.sqrt(np.maximum(np.diagonal(spreads[some[-1]]), 0.0))
-    axes.update_datalim([centres[some[-1]] - reach, centres[some[-1]] + reach])
+    axes.update_datalim(np.concatenate([centres[some] - reach[some], centres[some] + reach[some]]))
 
 
 def _legend() -> list[Artist]:
@@ -287,7 +293,7 @@ def _legend() -> list[Artist]:
         Line2D([], [], color="0.25", linewidth=2.2, label="true path"),
         Line2D([], [], **_ESTIMATED),
         Line2D([], [], **_PREDICTED),
-        Patch(facecolor="none", edgecolor="0.3", label="95 % region (first, middle, last)"),
+        Patch(facecolor="none", edgecolor="0.3", label="95 % region (if within axes)"),
         Line2D([], [], **WAY, label="forecast"),
         Patch(facecolor="0.8", label="its ±3σ"),
     ]

@@ -62,25 +62,25 @@ def draw(results: Results) -> Picture:
         axes.set_title(f"estimate, $N_t$ = $N_r$ = {n}")
         axes.set_ylabel("Angle estimate (deg)")
     panels[1].set_ylim(panels[0].get_ylim())
-    for n, marker in zip(ANTENNAS, "vos", strict=True):
+    for n in ANTENNAS:
         for scheme in SCHEMES:
             error, band = rmse(results, n, scheme)
             look = style.SCHEME_LOOKS[scheme]
-            look = style.Look(look.colour, marker, look.line)
             draw_as.curve(last, range(1, len(error) + 1), error, band, look, f"{n}")
             at = (float(len(error)), float(error[-1]))
             last.annotate(f"{n}", at, (4, 0), textcoords="offset points", va="center")
     style.scale_log(last)
     draw_as.slot_axis(last, 10)
     last.set_xlim(0.5, 11.6)
-    last.set_title("error, by number of antennas")
+    last.set_title("error; at the lines: $N_t$ = $N_r$")
     last.set_ylabel("Angle RMSE (deg)")
     outcome = results[single().name]
     draw_as.titled(
         figure,
         "Angle tracking, proposed against pilot scheme",
         f"{draw_as.flight(outcome.scenario, antennas=False)}; {draw_as.objects(outcome.scenario)}",
-        f"{outcome.point.trials} trials; estimates: medians with 5–95 % bands; errors: 95 % bands",
+        f"{outcome.point.trials} trials; estimates: medians with 5–95 % bands; errors: 95 % bands; "
+        "shaded: omni or pilot slot",
     )
     style.add_legend(figure, handles)
     return Picture(figure, tabulate(results))

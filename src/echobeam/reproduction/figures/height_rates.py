@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from echobeam.plots import style
 from echobeam.reproduction import drawing as draw_as
@@ -61,7 +63,8 @@ def draw(results: Results) -> Picture:
         figure,
         "Rates of the proposed scheme and of water-filling over the height",
         f"{draw_as.flight(outcome.scenario, height=False)}; {draw_as.objects(outcome.scenario)}",
-        f"{outcome.point.trials} trials: means (thick) and 5 % quantiles (thin) with 95 % bands",
+        f"{outcome.point.trials} trials: means (thick) and 5 % quantiles (thin) with 95 % bands; "
+        "shaded: omni slot",
     )
     style.add_legend(figure, handles)
     return Picture(figure, tabulate(results))
@@ -74,8 +77,7 @@ def _draw_height(axes: Axes, results: Results, metres: int) -> list[Line2D]:
         slots, look = np.arange(1, rate.shape[1] + 1), style.SCHEME_LOOKS[scheme]
         mean, band = mean_interval(rate)
         handles.append(draw_as.curve(axes, slots, mean, band, look, label))
-        tail = np.quantile(rate, TAIL, axis=0)
-        axes.plot(slots, tail, color=look.colour, linestyle=look.line, linewidth=0.7)
+        _draw_tail(axes, slots, list(rate.T), look)
     draw_as.slot_axis(axes, len(slots))
     axes.set_title(f"$h$ = {metres} m")
     axes.set_ylabel(f"Rate ({draw_as.RATE_UNIT})")
@@ -88,13 +90,20 @@ def _draw_heights(axes: Axes, results: Results) -> None:
         rates = [draw_as.RATE_SCALE * frame_rate(results, metres, scheme) for metres in HEIGHTS]
         mean, band = mean_interval(np.stack(rates, axis=1))
         draw_as.curve(axes, HEIGHTS, mean, band, look, scheme)
-        tails = [bootstrap(lambda x: np.quantile(x, TAIL, axis=-1), rate) for rate in rates]
-        thin = style.Look(look.colour, look.marker, (0, (1.0, 1.2)))
-        ends = np.array([(one.low, one.high) for one in tails])
-        draw_as.curve(axes, HEIGHTS, np.array([one.value for one in tails]), ends, thin, scheme)
+        _draw_tail(axes, HEIGHTS, rates, look)
     axes.set(xticks=HEIGHTS, xlabel="Height $h$ (m)", ylim=(0, None))
-    axes.set_title("frame's mean rate: mean (lines), 5 % quantile (dots)")
+    axes.set_title("rate over the frame, by height")
     axes.set_ylabel(f"Rate ({draw_as.RATE_UNIT})")
+
+
+def _draw_tail(axes: Axes, x: npt.ArrayLike, samples: Sequence[Array], look: style.Look) -> None:
+    """Draw the 5 % quantile of the samples at each x as a thin line with its bootstrap's band."""
+    tails = [bootstrap(lambda one: np.quantile(one, TAIL, axis=-1), values) for values in samples]
+    low, high = np.array([(one.low, one.high) for one in tails]).T
+    axes.fill_between(x, low, high, color=look.colour, alpha=0.1, linewidth=0, zorder=1.4)
+    axes.plot(
+        x, [one.value for one in tails], color=look.colour, linestyle=look.line, linewidth=0.7
+    )
 
 
 FIGURE = Figure(

@@ -24,6 +24,11 @@ def throughput(outcome: Outcome, scheme: str) -> Array:
     return np.asarray(frames.mean(axis=-1))
 
 
+def marked(slots: int, per_frame: int) -> list[int]:
+    """Return which slots have markers: the first of every frame and every third after it."""
+    return [slot for slot in range(slots) if slot % per_frame % 3 == 0]
+
+
 def tabulate(outcome: Outcome) -> Table:
     """Return mean rates per slot and per frame with their intervals."""
     rows: list[tuple[str | int | float, ...]] = []
@@ -53,7 +58,9 @@ def draw(results: Results) -> Picture:
     for scheme, label in SCHEMES.items():
         mean, band = mean_interval(draw_as.RATE_SCALE * outcome.sum_rate(scheme))
         look = style.SCHEME_LOOKS[scheme]
-        handles.append(draw_as.curve(left, time, mean, band, look, label))
+        line = draw_as.curve(left, time, mean, band, look, label)
+        line.set_markevery(marked(outcome.scenario.n_slots, frame.slots_per_frame))
+        handles.append(line)
     width = 1e3 * frame.slot
     for first in time[:: frame.slots_per_frame]:
         left.axvspan(first - width / 2, first + width / 2, color=style.SHADE, linewidth=0, zorder=0)

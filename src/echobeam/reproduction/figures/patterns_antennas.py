@@ -15,6 +15,12 @@ from echobeam.simulation.summary import mean_interval
 from echobeam.values import Array
 
 SLOT = 2
+LOOKS = (
+    style.Look(style.GREEN, "", (0, (4.0, 1.5))),
+    style.Look(style.BLACK, "", "-"),
+    style.Look(style.PURPLE, "", (0, (5.0, 1.2, 1.0, 1.2))),
+)
+"""Looks of the numbers of antennas, in other colours than the objects'."""
 QUANTILES = (0.05, 0.5, 0.95)
 
 
@@ -41,7 +47,7 @@ def draw(results: Results) -> Picture:
     figure = style.new_figure(style.PAGE, 3.2)
     left, right = figure.subplots(1, 2, width_ratios=[2.2, 1])
     handles = []
-    for n, look in zip(ANTENNAS_FOR_TWO, draw_as.LOOKS, strict=False):
+    for n, look in zip(ANTENNAS_FOR_TWO, LOOKS, strict=True):
         low, centre, high = decibels(np.quantile(total(results, n), QUANTILES, axis=0))
         degrees = np.degrees(GRID)
         left.fill_between(degrees, low, high, color=look.colour, alpha=0.12, linewidth=0)
@@ -51,8 +57,11 @@ def draw(results: Results) -> Picture:
     left.set(xlabel="Angle θ (deg)", ylabel="Gain × power, both beams (dB)")
     outcome = results[multi().name]
     for k, theta in enumerate(np.degrees(outcome.kept["truth"][0, SLOT - 1, :, 0])):
-        left.axvline(theta, color="0.3", linewidth=0.8)
-        left.annotate(f"object {k + 1}", (theta, 15), (3, 0), textcoords="offset points")
+        colour = style.object_look(k).colour
+        left.axvline(theta, color=colour, linewidth=0.8)
+        left.annotate(
+            f"object {k + 1}", (theta, 15), (3, 0), textcoords="offset points", color=colour
+        )
     for k in range(2):
         for slot, filled in ((SLOT, False), (10, True)):
             samples = [gain_at_truth(results[multi(n).name], slot)[:, k] for n in ANTENNAS_FOR_TWO]
@@ -64,7 +73,7 @@ def draw(results: Results) -> Picture:
                 np.abs(interval.T - mean),
                 color=look.colour,
                 marker=look.marker,
-                linestyle="-" if filled else "--",
+                linestyle="-",
                 markerfacecolor=look.colour if filled else "white",
                 label=f"object {k + 1}, slot {slot}",
                 capsize=2,

@@ -86,7 +86,9 @@ def _draw_slot(axes: Axes, outcome: Outcome, slot: int) -> None:
         low, centre, high = decibels(quantiles[:, k])
         axes.fill_between(degrees, low, high, color=look.colour, alpha=0.2, linewidth=0)
         axes.plot(degrees, centre, color=look.colour, linestyle=look.line, label=f"object {k + 1}")
-        lines.append(f"{width[:, k].mean():.1f}° wide, {100 * power[:, k].mean():.0f} % power")
+        lines.append(
+            f"half-power width {width[:, k].mean():.1f}°, power {100 * power[:, k].mean():.0f} %"
+        )
     for k, text in enumerate(lines):
         axes.text(
             0.03,
@@ -104,7 +106,8 @@ def _draw_slot(axes: Axes, outcome: Outcome, slot: int) -> None:
 
 def _mark_truth(axes: Axes, outcome: Outcome, slot: int) -> None:
     for k, theta in enumerate(np.degrees(outcome.kept["truth"][0, slot - 1, :, 0])):
-        axes.axvline(theta, color=style.object_look(k).colour, linewidth=0.8, alpha=0.7)
+        # The texts above stay free of the lines.
+        axes.axvline(theta, ymax=0.8, color=style.object_look(k).colour, linewidth=0.8, alpha=0.7)
 
 
 FIGURE = Figure("test2-1", "beam patterns over the slots of a frame, two objects", (multi(),), draw)
