@@ -5,7 +5,7 @@ import pytest
 from echobeam.faults import InputError
 from echobeam.reproduction.catalogue import CLAIMS, FIGURES, choose
 from echobeam.reproduction.run import setups_of
-from echobeam.reproduction.setups import VARIATIONS, multi, single, varied
+from echobeam.reproduction.setups import VARIATIONS, height, long, multi, single, varied
 from echobeam.schemes.registry import find_scheme
 
 PAPER = ["approx", "t1", "test2-1", "test2-2", "t3", "t4", "t5", "t6", "t7-1", "t7-2", "aa_acr"]
@@ -47,19 +47,40 @@ def test_setups_of_one_name_are_one_setup():
     assert len(setups_of(list(FIGURES.values()))) == len({setup.name for setup in setups})
 
 
-@pytest.mark.parametrize("base", ["multi", "single"])
+@pytest.mark.parametrize("base", [multi(), single(), long(), height(100)], ids=lambda s: s.name)
 def test_a_variation_changes_what_it_says_and_nothing_else(base):
-    default = {"multi": multi(), "single": single()}[base].scenario().model_dump()
-    for variation in (one for one in VARIATIONS if base in one.bases):
-        changed = varied(base, variation).scenario().model_dump()
-        different = [
-            f"{table}.{key}"
+    default = base.scenario().model_dump()
+    floor = default["coverage"]["min_rate"]
+    for variation in (one for one in VARIATIONS if one.touches(base)):
+        setup = varied(base, variation)
+        changed = setup.scenario().model_dump()
+        different = {
+            f"{table}.{key}": changed[table][key]
             for table, values in default.items()
             if isinstance(values, dict)
             for key, value in values.items()
             if changed[table][key] != value
-        ]
-        assert set(different) == {key for key, _ in variation.overrides}
+        }
+        expected = dict(variation.overrides)
+        if variation.power != 1.0:
+            expected["radio.power"] = variation.power
+            if floor:
+                expected["coverage.min_rate"] = pytest.approx(variation.power * floor)
+        assert different == expected, variation.label
+        others = [one for one in setup.schemes if one not in base.schemes]
+        assert others == list(variation.stands_in.values())
+        assert (setup.keep, setup.point(200).trials) == (base.keep, 60)
+
+
+def test_a_variation_touches_setups_in_which_it_changes_something():
+    touched = {
+        base.name: {one.label for one in VARIATIONS if one.touches(base)}
+        for base in (multi(), single(), height(100))
+    }
+    floored = {"min_rate 0", "min_rate 1e-4", "min_rate 2e-4", "exact CRB with min_rate 0"}
+    assert touched["multi-n30"] == {one.label for one in VARIATIONS}
+    assert touched["single-n30"] == touched["multi-n30"] - floored
+    assert touched["height-100"] == touched["single-n30"] - {"pilot held on a needle beam"}
 
 
 def test_arrays_of_another_size_keep_the_ripple_in_proportion():

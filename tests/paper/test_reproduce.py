@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 from echobeam.cli.reproduce import command
 from echobeam.faults import InputError
+from echobeam.reproduction.claims import ALL
 from echobeam.reproduction.figures import approximation
 
 PNG = b"\x89PNG\r\n"
@@ -45,6 +46,7 @@ def test_a_figure_without_trials_is_drawn_judged_and_not_overwritten(tmp_path):
     assert (out / "approx.png").read_bytes().startswith(PNG)
     (claim,) = json.loads((out / "claims.json").read_text())["claims"]
     assert (claim["figure"], claim["verdict"]) == ("approx", "reproduced")
+    assert "sensitivity map" not in (out / "claims.md").read_text()
     with pytest.raises(InputError, match=r"approx\.png: exists already.*--force"):
         reproduce("approx", "--out", out)
     reproduce("approx", "--out", out, "--force", "--quiet")
@@ -119,6 +121,20 @@ def test_height_figures_share_their_trials_and_resume_to_the_same_bytes(tmp_path
     assert len(rows) == 6 * 2 * 11
     mean = np.mean([float(row["sum rate (bit/s/Hz)"]) for row in rows[1:11]])
     assert mean == pytest.approx(float(rows[0]["sum rate (bit/s/Hz)"]), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_the_map_is_drawn_and_written_of_every_claim_that_hangs_on_open_values(tmp_path):
+    reproduce("sensitivity", "--trials", 2, "--out", tmp_path, "--quiet")
+    rows = read(tmp_path / "sensitivity.csv")
+    claims = [one.id for one in ALL if one.figure in ("t1", "test2-1", "t6", "t7-1", "t7-2")]
+    assert list(dict.fromkeys(row["claim"] for row in rows)) == claims
+    page = (tmp_path / "claims.md").read_text()
+    section = page.split("## Sensitivity of the claims")[1]
+    assert all(f"\n| {claim} | " in section for claim in claims)
+    assert "sensitivity map shows" in page
+    assert (tmp_path / "sensitivity.png").read_bytes().startswith(PNG)
+    assert json.loads((tmp_path / "claims.json").read_text()) == {"claims": []}
 
 
 def test_what_a_killed_process_left_of_a_picture_goes_away(tmp_path: Path) -> None:

@@ -7,10 +7,12 @@ import pytest
 from scipy import stats
 
 from echobeam.reproduction import estimates
-from echobeam.reproduction.records import Claim, Entry, Estimate, Finding, Measured, Rule
+from echobeam.reproduction.claims import ALL
+from echobeam.reproduction.records import Claim, Estimate, Finding, Measured, Rule
 from echobeam.reproduction.report import document, page, written
-from echobeam.reproduction.results import Results
+from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.rules import all_above, all_below, inside, near, within
+from echobeam.reproduction.setups import HEIGHTS, height
 
 
 def verdict(rule: Rule, *numbers: tuple[float, float, float], names: str = "abcdef") -> str:
@@ -167,12 +169,45 @@ def test_numbers_are_written_with_their_interval():
     assert written(Estimate(138.2, 118.4, 157.9), "%") == "138 (118 to 158) %"
     assert written(Estimate(0.01234, 0.01200, 0.01270)) == "0.01234 (0.01200 to 0.01270)"
     assert written(Estimate.exact(100.0), "%") == "100 %"
-    assert written(Estimate(np.inf, 104.0, np.inf), "m") == "none (104 to none) m"
     assert written(Estimate.exact(np.inf), "m") == "none"
+    assert written(Estimate.exact(np.nan), "m") == "undefined"
     assert written(Estimate.exact(0.5), "deg") == "0.5 deg"
     assert written(Estimate.exact(0.15634), "%") == "0.156 %"
     assert written(Estimate(3.0, 2.0, 3.0), "slot") == "slot 3 (2 to 3)"
     assert written(Estimate.exact(0.0), "deg") == "0 deg"
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "unit", "said"),
+    [
+        (101, -np.inf, 112, "m", "101 (below 95 to 112) m"),
+        (107, 104, np.inf, "m", "107 (104 to above 120) m"),
+        (np.inf, 104, np.inf, "m", "above 120 (104 to above 120) m"),
+        (-np.inf, -np.inf, 104, "m", "below 95 (below 95 to 104) m"),
+        (-np.inf, -np.inf, -np.inf, "m", "below 95 m"),
+        (np.inf, np.inf, np.inf, "m", "none"),
+        (3, 2, np.inf, "slot", "slot 3 (2 to above 120)"),
+        (np.inf, np.inf, np.inf, "slot", "none"),
+    ],
+)
+def test_open_ends_are_told_by_what_was_looked_at(value, low, high, unit, said):
+    assert written(Estimate(value, low, high, looked=(95, 120)), unit) == said
+
+
+@pytest.mark.parametrize(
+    ("tail", "said"),
+    [([1.2, 1.1, 1.3, 0.8, 0.7, 0.6], "108 m"), ([0.9] * 6, "below 95 m"), ([1.1] * 6, "none")],
+)
+def test_a_crossing_says_among_which_heights_it_was_sought(tail, said):
+    """Water-filling's rate over the proposed scheme's at 95, 100, ... 120 m, without luck."""
+    outcomes = [
+        Outcome(setup.point(20), {"sum_rate": np.full((2, 20, 10), 1.0) * rates}, {})
+        for setup, ratio in zip(map(height, HEIGHTS), tail, strict=True)
+        for rates in [np.array([1.0, ratio])[:, None, None]]
+    ]
+    (claim,) = (one for one in ALL if one.id == "crossing-of-tails")
+    found = claim.measure(Results(outcomes, 20, 0))
+    assert written(found.headline, found.unit) == said
 
 
 def finding(value: float, low: float, high: float) -> Finding:
@@ -193,18 +228,3 @@ def test_claims_are_strict_json_whatever_was_measured():
     assert "| t7-1 | **c**: text | 105 to 110 m | 107.0 (104.0 to 110.0) m | reproduced |" in page(
         found, Results([], 20, 0)
     )
-
-
-def test_the_sensitivity_map_is_judged_by_the_headline_rule():
-    entries = [
-        Entry("one object", "P_T = 2", Estimate(150.0, 130.0, 170.0), 136.0),
-        Entry("one object", "exact CRB", Estimate(61.0, 40.0, 82.0), 136.0, 0.125),
-        Entry("one object", "needle", Estimate(20.0, -5.0, 45.0), 136.0),
-        Entry("two objects", "ripple 1", Estimate(150.0, 140.0, 160.0), 156.0, 0.8),
-    ]
-    text = page([], Results([], 20, 0), entries)
-    assert "| one object | P_T = 2 | 150 (130 to 170) % | 136.0 % | 0 % | reproduced |" in text
-    assert "| exact CRB | 61 (40 to 82) % | 136.0 % | 12.5 % | in part |" in text
-    assert "| needle | 20 (-5 to 45) % | 136.0 % | 0 % | not reproduced |" in text
-    assert "| ripple 1 | 150 (140 to 160) % | 156.0 % | 80 % | not judged |" in text
-    assert "Sensitivity" not in page([], Results([], 20, 0))

@@ -7,6 +7,7 @@ the record holds turns what was measured into a verdict.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
@@ -19,15 +20,25 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 Verdict = Literal["reproduced", "in part", "not reproduced"]
+Judgement = Verdict | Literal["not judged"]
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A number with its 95 % interval; without one (a deterministic number) both ends are it."""
+    """A number with its 95 % interval; without one (a deterministic number) both ends are it.
+
+    Attributes
+    ----------
+    value, low, high
+        Infinite where it lies beyond what was looked at; NaN where there is none.
+    looked
+        Least and greatest that was looked at, if it is a place among them.
+    """
 
     value: float
     low: float
     high: float
+    looked: tuple[float, float] | None = None
 
     @classmethod
     def exact(cls, value: float) -> Estimate:
@@ -41,7 +52,8 @@ class Estimate:
 
     def scaled(self, factor: float, shift: float = 0.0) -> Estimate:
         """Return ``factor x + shift``, factor positive."""
-        return Estimate(*(factor * x + shift for x in (self.value, self.low, self.high)))
+        value, low, high = (factor * x + shift for x in (self.value, self.low, self.high))
+        return Estimate(value, low, high)
 
     def negated(self) -> Estimate:
         """Return the number with the other sign."""
@@ -67,34 +79,6 @@ class Measured:
     def headline(self) -> Estimate:
         """The number that is reported as ours."""
         return next(iter(self.estimates.values()))
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """One row of the sensitivity map.
-
-    Attributes
-    ----------
-    objects, change
-        Which headline, and what was changed from the default reading.
-    improvement
-        In the paper's slot, per cent.
-    paper
-        The paper's value, per cent.
-    fallbacks
-        Share of directional slots whose beams were a fallback, in the scheme that had more.
-    """
-
-    objects: str
-    change: str
-    improvement: Estimate
-    paper: float
-    fallbacks: float = 0.0
-
-    @property
-    def fallback(self) -> bool:
-        """Whether most beams were a fallback, so that the row says little of the design."""
-        return self.fallbacks > 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,3 +167,39 @@ class Finding:
     def __post_init__(self) -> None:
         """Let the rule decide; nobody else can."""
         object.__setattr__(self, "verdict", self.claim.judge.decide(self.measured))
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One row of the sensitivity map: a claim measured and judged again under some reading.
+
+    Attributes
+    ----------
+    finding
+        The claim with what was measured there, and its rule's verdict.
+    reading
+        The default, or what was changed from it.
+    trials
+        Of the point that had fewest.
+    fallbacks
+        Share of directional slots whose beams were a fallback, in the point and scheme that had
+        most, of those that the claim is measured on.
+    """
+
+    finding: Finding
+    reading: str
+    trials: int
+    fallbacks: float = 0.0
+
+    @property
+    def fallback(self) -> bool:
+        """Whether most beams were a fallback, so that the row says little of the design."""
+        return self.fallbacks > 0.5
+
+    @property
+    def judgement(self) -> Judgement:
+        """The verdict, unless there is no design to judge or no number."""
+        numbers = self.finding.measured.estimates.values()
+        if self.fallback or any(math.isnan(one.value) for one in numbers):
+            return "not judged"
+        return self.finding.verdict

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from echobeam.estimation.gaussian import wrap
+from echobeam.reproduction.setups import Variation
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.digest import Digest
 from echobeam.sweeps.points import Point
@@ -26,11 +27,14 @@ class Outcome:
         Its digest; ``sum_rate`` is (scheme, trial, slot).
     kept
         Arrays of the point's ``keep``, laid out as in a result file.
+    asked
+        Schemes that were asked for so far: what a measure hangs on.
     """
 
     point: Point
     digest: Digest
     kept: dict[str, Array]
+    asked: set[str] = field(default_factory=set, repr=False, compare=False)
 
     @property
     def scenario(self) -> Scenario:
@@ -53,7 +57,14 @@ class Outcome:
         off = self.of(variable, scheme)[..., index] - self.kept["truth"][..., index]
         return wrap(off) if component == "angle" else np.asarray(off)
 
+    def fallbacks(self, scheme: str) -> float:
+        """Return the share of a scheme's directional slots whose beams were a fallback."""
+        frame = self.scenario.frame
+        slots = frame.frames * (frame.slots_per_frame - 1)
+        return float(self.digest["fallback"][self._index(scheme)].mean() / slots)
+
     def _index(self, scheme: str) -> int:
+        self.asked.add(scheme)
         return self.point.schemes.index(scheme)
 
 
@@ -68,3 +79,17 @@ class Results:
     def __getitem__(self, name: str) -> Outcome:
         """Return the outcome of a setup."""
         return self.outcomes[name]
+
+    def under(self, variation: Variation, names: Collection[str]) -> Results:
+        """Return the results as they are if one reading of the setups named is changed.
+
+        What was run of them under the variation stands under their own name and their own
+        schemes' names, so that what measures the one measures the other; all else stays. Nothing
+        was asked for yet.
+        """
+        outcomes = []
+        for name, own in self.outcomes.items():
+            found = self[variation.named(name)] if name in names else own
+            point = replace(found.point, name=name, schemes=own.point.schemes)
+            outcomes.append(replace(found, point=point, asked=set()))
+        return Results(outcomes, self.trials, self.seed)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from echobeam.plots import save
+from echobeam.reproduction import mapping
 from echobeam.reproduction.catalogue import CLAIMS, choose
 from echobeam.reproduction.figures import sensitivity
 from echobeam.reproduction.records import Figure, Finding
@@ -74,7 +75,7 @@ def reproduce(task: Reproduction, progress: Progress = lambda done, total: None)
     findings = [
         Finding(claim, claim.measure(results)) for claim in CLAIMS if claim.figure in chosen
     ]
-    mapped = sensitivity.entries(results) if sensitivity.FIGURE.id in chosen else []
+    mapped = mapping.entries(results) if sensitivity.FIGURE.id in chosen else []
     write_claims(findings, results, task.out, mapped)
     return findings
 

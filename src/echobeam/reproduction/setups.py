@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario
@@ -62,12 +64,17 @@ class Setup:
 
     def scenario(self) -> Scenario:
         """Return the scenario, validated."""
-        return load_scenario(self.preset, dict(self.overrides))
+        return _load(self.preset, self.overrides)
 
     def point(self, trials: int) -> Point:
         """Return what a study runs for it."""
         count = max(2, round(self.share * trials))
         return Point(self.name, self.scenario(), self.schemes, count, self.keep)
+
+
+@lru_cache
+def _load(preset: str, overrides: Overrides) -> Scenario:
+    return load_scenario(preset, dict(overrides))
 
 
 def _array(n: int, ripple: float = RIPPLES[0]) -> Overrides:
@@ -122,49 +129,86 @@ def resolution(n: int, metres: int, degrees: float, ripple: float = RIPPLES[0]) 
 
 @dataclass(frozen=True, slots=True)
 class Variation:
-    """One reading changed from the default reading, for the headline scenarios named."""
+    """One reading changed from the default, whatever the setup.
+
+    Attributes
+    ----------
+    label
+        What is changed, the value last.
+    overrides
+        Dotted keys with their other values.
+    power
+        P_T as a multiple of the setup's; a floor keeps its proportion to it.
+    stands_in
+        Schemes that are run in the place of others, by the name of those.
+    floored
+        Whether it says something only of setups that have a floor.
+    """
 
     label: str
     overrides: Overrides = ()
-    against: str = "pilot"
-    bases: tuple[str, ...] = ("multi", "single")
+    power: float = 1.0
+    stands_in: Mapping[str, str] = field(default_factory=dict)
+    floored: bool = False
+
+    def touches(self, setup: Setup) -> bool:
+        """Return whether anything of a setup becomes another under it."""
+        if self.floored:
+            return _floor(setup) > 0
+        if self.stands_in:
+            return any(scheme in self.stands_in for scheme in setup.schemes)
+        return True
+
+    def named(self, name: str) -> str:
+        """Return what a setup of some name is called under it."""
+        return f"{name}, {self.label}"
 
 
-def _power(power: float, floor: float | None = None) -> Variation:
-    """Return another P_T; where there is a floor it keeps its proportion to the power."""
-    if floor is None:
-        return Variation(f"P_T = {power:g}", (("radio.power", power),), bases=("single",))
-    overrides = (("radio.power", power), ("coverage.min_rate", floor))
-    return Variation(f"P_T = {power:g}, min_rate {floor:g}", overrides, bases=("multi",))
-
+DEFAULT = Variation("default reading")
 
 VARIATIONS = (
-    *(_power(0.5), _power(2.0), _power(10.0)),
-    *(_power(0.5, 2e-4), _power(2.0, 8e-4), _power(10.0, 4e-3)),
-    Variation("ripple 1", (("coverage.ripple", 1.0),)),
-    Variation("ripple 5", (("coverage.ripple", 5.0),)),
-    Variation("min_rate 0", (("coverage.min_rate", 0.0),), bases=("multi",)),
-    Variation("min_rate 1e-4", (("coverage.min_rate", 1e-4),), bases=("multi",)),
-    Variation("min_rate 2e-4", (("coverage.min_rate", 2e-4),), bases=("multi",)),
-    Variation("pilot held on a needle beam", against="pilot-needle"),
+    # nothing changed: tells what is owed to the number of trials alone
+    Variation("fewer trials"),
+    *(Variation(f"P_T = {power:g}", power=power) for power in (0.5, 2.0, 10.0)),
+    *(Variation(f"ripple {ripple:g}", (("coverage.ripple", ripple),)) for ripple in (1.0, 5.0)),
+    *(
+        Variation(f"min_rate {text}", (("coverage.min_rate", float(text)),), floored=True)
+        for text in ("0", "1e-4", "2e-4")
+    ),
+    Variation("pilot held on a needle beam", stands_in={"pilot": "pilot-needle"}),
     # for two objects the exact bound asks for coverage that no beam gives above the floor
     Variation("exact CRB", (("radar.crb", "exact"),)),
     Variation(
-        "exact CRB, min_rate 0",
+        "exact CRB with min_rate 0",
         (("radar.crb", "exact"), ("coverage.min_rate", 0.0)),
-        bases=("multi",),
+        floored=True,
     ),
 )
 """One reading at a time around the default: P_T = 1, ripple 3, floor 4e-4, paper's CRB."""
 
+MAP_SHARE = 0.3
+"""Trials of a changed reading as a share of the default's."""
 
-def varied(base: str, variation: Variation) -> Setup:
-    """Return a headline scenario ("multi" or "single") with one value changed."""
-    slug = "-".join(variation.label.lower().replace("=", "").replace(",", "").split())
-    return Setup(
-        f"sensitivity-{base}-{slug}",
-        f"paper-{base}",
-        ("temporal", variation.against),
-        (*_array(30), *variation.overrides),
-        share=0.3,
+
+def varied(setup: Setup, variation: Variation) -> Setup:
+    """Return a setup under a variation, with fewer trials."""
+    return replace(
+        setup,
+        name=variation.named(setup.name),
+        schemes=tuple(variation.stands_in.get(one, one) for one in setup.schemes),
+        overrides=(*setup.overrides, *_scaled(setup, variation.power), *variation.overrides),
+        share=MAP_SHARE * setup.share,
     )
+
+
+def _scaled(setup: Setup, power: float) -> Overrides:
+    """Return a multiple of P_T, and of the floor where there is one."""
+    if power == 1.0:
+        return ()
+    scaled: Overrides = (("radio.power", power * setup.scenario().radio.power),)
+    floor = _floor(setup)
+    return (*scaled, ("coverage.min_rate", power * floor)) if floor else scaled
+
+
+def _floor(setup: Setup) -> float:
+    return setup.scenario().coverage.min_rate

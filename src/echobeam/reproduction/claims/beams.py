@@ -60,7 +60,8 @@ def floor_kept(results: Results) -> Measured:
     """Measure the far object's mean rate and its 5 % quantile as shares of the floor."""
     outcome = _multi(results)
     rate = outcome.of("rate", "temporal")[:, SETTLED.start - 1 :, FAR]
-    share = 100 * rate.mean(axis=-1) / outcome.scenario.coverage.min_rate
+    # without a floor there is nothing to keep, and no share of it
+    share = 100 * rate.mean(axis=-1) / (outcome.scenario.coverage.min_rate or np.nan)
     return Measured(
         {
             "mean": mean(share),

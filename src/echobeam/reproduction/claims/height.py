@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -90,7 +91,8 @@ def crossing_height(statistic: Statistic) -> Callable[[Results], Measured]:
             half = len(HEIGHTS)
             return crossing(np.array(HEIGHTS, dtype=float), values[..., :half] / values[..., half:])
 
-        return Measured({"crossing": bootstrap(height_of, *samples)}, "m")
+        looked = (HEIGHTS[0], HEIGHTS[-1])
+        return Measured({"crossing": replace(bootstrap(height_of, *samples), looked=looked)}, "m")
 
     return measure
 

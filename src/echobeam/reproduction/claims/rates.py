@@ -89,6 +89,7 @@ def overtaking(results: Results) -> Measured:
             value=_stays([one.value > 0 for one in slots]),
             low=_stays([one.high > 0 for one in slots]),
             high=_stays([one.low > 0 for one in slots]),
+            looked=(2, ahead.shape[1]),
         )
     return Measured(estimates, "slot")
 

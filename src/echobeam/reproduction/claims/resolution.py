@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -100,7 +101,8 @@ def _onset(results: Results, n: int, ripple: float) -> Estimate:
         never = np.ones((*lost.shape[:-1], 1), dtype=bool)
         return np.asarray(grid[np.argmax(np.concatenate([lost, never], axis=-1), axis=-1)])
 
-    return bootstrap(first, *(frame_rate(results, n, 90, one, ripple) for one in RESOLUTIONS))
+    rates = (frame_rate(results, n, 90, one, ripple) for one in RESOLUTIONS)
+    return replace(bootstrap(first, *rates), looked=(FINEST, COARSEST))
 
 
 def _on_ripple(ripple: float, suffix: str, reading: str) -> tuple[Claim, Claim]:

@@ -1,0 +1,80 @@
+"""The sensitivity map: claims measured and judged again where the paper leaves a value open."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from echobeam.reproduction.claims import ALL
+from echobeam.reproduction.figures import (
+    height_angles,
+    height_rates,
+    long_run,
+    patterns_slots,
+    rates,
+)
+from echobeam.reproduction.records import Claim, Entry, Finding
+from echobeam.reproduction.results import Outcome, Results
+from echobeam.reproduction.setups import DEFAULT, VARIATIONS, Setup, Variation, varied
+
+FIGURES = (
+    rates.FIGURE,
+    patterns_slots.FIGURE,
+    long_run.FIGURE,
+    height_rates.FIGURE,
+    height_angles.FIGURE,
+)
+"""Figures whose claims are mapped."""
+
+BASES = {setup.name: setup for figure in FIGURES for setup in figure.points}
+"""Setups that these claims are measured on, by name."""
+
+CLAIMS = tuple(claim for claim in ALL if claim.figure in {figure.id for figure in FIGURES})
+
+
+def setups() -> tuple[Setup, ...]:
+    """Return the defaults and everything that differs from them in one reading."""
+    changed = [
+        varied(base, variation)
+        for variation in VARIATIONS
+        for base in BASES.values()
+        if variation.touches(base)
+    ]
+    return (*BASES.values(), *changed)
+
+
+def entries(results: Results, claims: Iterable[Claim] = CLAIMS) -> list[Entry]:
+    """Return the map: each claim under the default reading first, then under what touches it."""
+    return [entry for claim in claims for entry in _of(claim, results)]
+
+
+def _of(claim: Claim, results: Results) -> list[Entry]:
+    default = results.under(DEFAULT, ())
+    found = [_entry(claim, default, DEFAULT)]
+    # a setup counts with the schemes that the claim is measured on alone
+    measured_on = [
+        replace(BASES[outcome.point.name], schemes=tuple(outcome.asked))
+        for outcome in _asked(default)
+    ]
+    for variation in VARIATIONS:
+        touched = [setup.name for setup in measured_on if variation.touches(setup)]
+        if touched:
+            found.append(_entry(claim, results.under(variation, touched), variation))
+    return found
+
+
+def _entry(claim: Claim, results: Results, variation: Variation) -> Entry:
+    """Measure and judge a claim on results that nothing was asked of yet."""
+    finding = Finding(claim, claim.measure(results))
+    outcomes = _asked(results)
+    return Entry(
+        finding,
+        variation.label,
+        min(outcome.point.trials for outcome in outcomes),
+        max(outcome.fallbacks(scheme) for outcome in outcomes for scheme in set(outcome.asked)),
+    )
+
+
+def _asked(results: Results) -> list[Outcome]:
+    """Return the outcomes that a measure hung on."""
+    return [outcome for outcome in results.outcomes.values() if outcome.asked]
