@@ -337,6 +337,14 @@ def test_a_sweep_as_json_is_its_result_and_nothing_else(tmp_path):
             assert 0 < taken["water-filling"]["mean"] <= taken["water-filling"]["p99"] < 1
 
 
+def test_a_sweeps_table_shows_values_as_they_were_given(tmp_path):
+    done = echobeam(*SWEEP, *GRID, "--out", "s.nc", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "60 deg" in done.stdout
+    assert "45 deg" in done.stdout
+    assert f"{math.radians(60):.4f}" not in done.stdout
+
+
 def test_full_results_of_a_sweep_are_those_of_runs(tmp_path):
     done = echobeam(*SWEEP, *GRID, "--full", "--json", "--out", "s.nc", cwd=tmp_path)
     points = json.loads(done.stdout)["points"]

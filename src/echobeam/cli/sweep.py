@@ -100,10 +100,11 @@ def command(
         return
     with open_sweep(target) as dataset:
         keys = [axis.key for axis in grid.axes]
-        report = (
-            _json(dataset, name, target, keys, done) if as_json else _table(dataset, target, done)
-        )
-        click.echo(report)
+        if as_json:
+            click.echo(_json(dataset, name, target, keys, done))
+        else:  # a table is read: values as they were given, "60 deg" and not 1.047198
+            given = {axis.key: list(axis.values) for axis in grid.axes}
+            click.echo(_table(dataset.assign_coords(given), target, done))
 
 
 def _table(dataset: xr.Dataset, path: Path, done: Done) -> str:
