@@ -20,7 +20,13 @@ from echobeam.reproduction.setups import VARIATIONS, Setup, long, multi, single,
 TRIALS = 30
 CLAIMS = {claim.id: claim for claim in ALL}
 BY_LABEL = {variation.label: variation for variation in VARIATIONS}
-FLOORED = {"min_rate 0", "min_rate 1e-4", "min_rate 2e-4", "exact CRB with min_rate 0"}
+FLOORED = {
+    "fewer trials",
+    "min_rate 0",
+    "min_rate 1e-4",
+    "min_rate 2e-4",
+    "exact CRB with min_rate 0",
+}
 NEEDLE = "pilot held on a needle beam"
 RATES = {"temporal": 2.0, "pilot": 1.0, "pilot-needle": 1.0}
 

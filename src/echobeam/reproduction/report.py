@@ -126,10 +126,10 @@ def _map(sensitivity: Sequence[Entry]) -> list[str]:
         f"Every claim of {', '.join(figures)}, measured and judged again by its own rule under "
         "each of these readings that touches what it is measured on; the numbers stand in "
         f"`sensitivity.csv`. {firm} of {len(by_claim)} get the default's verdict wherever they are "
-        f'judged. {_trials(sensitivity)} "Fewer trials" changes nothing else: where its verdict '
-        "is a lesser one, so may be others for want of trials. Not judged: most beams were a "
-        "fallback, or there is nothing to measure (a share of no floor). Claims of other figures "
-        "were not mapped.",
+        f'judged. {_trials(sensitivity)} Two objects have fewer; "fewer trials" changes '
+        "nothing else: where its verdict is a lesser one, so may be others for want of trials. "
+        "Not judged: most beams were a fallback, or there is nothing to measure (a share of no "
+        "floor). Claims of other figures were not mapped.",
         "",
         f"| Claim | Default | {' | '.join(one.capitalize() for one in JUDGEMENTS)} |",
         "|---|---|---|---|---|---|",

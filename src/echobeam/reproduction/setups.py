@@ -168,7 +168,7 @@ DEFAULT = Variation("default reading")
 
 VARIATIONS = (
     # nothing changed: tells what is owed to the number of trials alone
-    Variation("fewer trials"),
+    Variation("fewer trials", floored=True),
     *(Variation(f"P_T = {power:g}", power=power) for power in (0.5, 2.0, 10.0)),
     *(Variation(f"ripple {ripple:g}", (("coverage.ripple", ripple),)) for ripple in (1.0, 5.0)),
     *(
@@ -187,17 +187,17 @@ VARIATIONS = (
 """One reading at a time around the default: P_T = 1, ripple 3, floor 4e-4, paper's CRB."""
 
 MAP_SHARE = 0.3
-"""Trials of a changed reading as a share of the default's."""
+"""Trials of a changed reading as a share of the default's, where floors make them costly."""
 
 
 def varied(setup: Setup, variation: Variation) -> Setup:
-    """Return a setup under a variation, with fewer trials."""
+    """Return a setup under a variation, with fewer trials if it has a floor."""
     return replace(
         setup,
         name=variation.named(setup.name),
         schemes=tuple(variation.stands_in.get(one, one) for one in setup.schemes),
         overrides=(*setup.overrides, *_scaled(setup, variation.power), *variation.overrides),
-        share=MAP_SHARE * setup.share,
+        share=setup.share * (MAP_SHARE if _floor(setup) else 1.0),
     )
 
 

@@ -10,7 +10,6 @@ from echobeam.reproduction.figures.rates import PANELS
 from echobeam.reproduction.mapping import entries, setups
 from echobeam.reproduction.records import Entry, Figure, Picture
 from echobeam.reproduction.results import Results
-from echobeam.reproduction.setups import DEFAULT
 from echobeam.reproduction.tables import Table
 
 DRAWN = ("multi-improvement", "single-improvement")
@@ -61,23 +60,26 @@ def draw(results: Results) -> Picture:
         axes.set_yticks(rows, [entry.reading.replace("P_T", "$P_T$") for entry in shown])
         axes.invert_yaxis()
         axes.axvline(0.0, color="0.4", linewidth=0.8)
-        axes.set(title=f"{panel}; paper: +{paper} %", xlabel="Improvement in slot 6 (%)")
+        axes.set(
+            title=f"{panel}; paper: +{paper} %\n{_trials(shown)}",
+            xlabel="Improvement in slot 6 (%)",
+        )
     draw_as.titled(
         figure,
         "Sensitivity of the headline improvements to what the paper does not give",
         draw_as.flight(results[PANELS[0][0].name].scenario),
-        f"one reading changed at a time, min_rate in proportion to $P_T$; {_trials(found)}\n"
-        "95 % intervals; dashed: the paper's value, shaded: within 20 % of it\n"
+        "one reading changed at a time, min_rate in proportion to $P_T$; 95 % intervals\n"
+        "dashed: the paper's value, shaded: within 20 % of it\n"
         "hollow: most beams are a fallback, since none met all that was asked",
     )
     return Picture(figure, tabulate(found))
 
 
-def _trials(found: list[Entry]) -> str:
-    drawn = [entry for entry in found if entry.finding.claim.id in DRAWN]
-    default = max(entry.trials for entry in drawn if entry.reading == DEFAULT.label)
-    fewer = min(entry.trials for entry in drawn)
-    return f"{default} trials in the default reading, {fewer} in the others"
+def _trials(shown: list[Entry]) -> str:
+    default, *others = (entry.trials for entry in shown)
+    if set(others) == {default}:
+        return f"{default} trials each"
+    return f"{default} trials in the default reading, {min(others)} in the others"
 
 
 FIGURE = Figure(
