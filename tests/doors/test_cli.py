@@ -158,6 +158,7 @@ def test_one_trial_has_no_interval(tmp_path):
     assert json.loads(done.stdout)["schemes"]["omni"]["rate_interval"][0] == [None, None]
 
 
+@pytest.mark.slow
 def test_processes_do_not_change_a_bit(tmp_path):
     arguments = ("run", "paper-single", *LIGHT, "--trials", 300, "--quiet")
     assert echobeam(*arguments, "--out", "one.nc", cwd=tmp_path).returncode == 0
@@ -287,6 +288,7 @@ def test_a_place_that_cannot_be_written(tmp_path):
     refused(echobeam("run", "paper-multi", "--out", tmp_path / "r.nc"), "cannot be written")
 
 
+@pytest.mark.slow
 def test_plot_draws_every_picture(tmp_path):
     echobeam("run", "paper-multi", *LIGHT, "--trials", 3, "--out", "r.nc", "--quiet", cwd=tmp_path)
     done = echobeam("plot", "r.nc", cwd=tmp_path)
@@ -311,6 +313,7 @@ def contents(directory):
     }
 
 
+@pytest.mark.slow
 def test_a_sweep_as_json_is_its_result_and_nothing_else(tmp_path):
     done = echobeam(*SWEEP, *GRID, "--json", "--quiet", "--out", "s.nc", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
@@ -345,6 +348,7 @@ def test_a_sweeps_table_shows_values_as_they_were_given(tmp_path):
     assert f"{math.radians(60):.4f}" not in done.stdout
 
 
+@pytest.mark.slow
 def test_full_results_of_a_sweep_are_those_of_runs(tmp_path):
     done = echobeam(*SWEEP, *GRID, "--full", "--json", "--out", "s.nc", cwd=tmp_path)
     points = json.loads(done.stdout)["points"]
@@ -365,6 +369,7 @@ def test_full_results_of_a_sweep_are_those_of_runs(tmp_path):
     assert sorted(path.name for path in (tmp_path / "s-points").iterdir()) == ["0001.nc", "0002.nc"]
 
 
+@pytest.mark.slow
 def test_plot_says_what_can_be_plotted_of_a_sweep(tmp_path):
     vary = ("--vary", "array.n_tx=8,16", "--quiet")
     echobeam(*SWEEP, *vary, "--out", "s.nc", cwd=tmp_path)
@@ -376,6 +381,7 @@ def test_plot_says_what_can_be_plotted_of_a_sweep(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_resuming_a_finished_sweep_says_so_and_changes_no_byte(tmp_path):
     arguments = (*SWEEP, *GRID, "--full", "--csv", "s.csv", "--out", "s.nc", "--resume")
     first = echobeam(*arguments, cwd=tmp_path)  # nothing to resume: it begins
@@ -393,6 +399,7 @@ def test_resuming_a_finished_sweep_says_so_and_changes_no_byte(tmp_path):
     assert contents(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_resuming_a_finished_run_says_so(tmp_path):
     arguments = ("run", "paper-single", *LIGHT, "--trials", 2, "--out", "r.nc", "--resume")
     first = echobeam(*arguments, cwd=tmp_path)
@@ -406,6 +413,7 @@ def test_resuming_a_finished_run_says_so(tmp_path):
     assert json.loads(again.stdout)["decision_seconds"] is None
 
 
+@pytest.mark.slow
 def test_a_sweep_of_a_trace(tmp_path):
     rows = [f"{t / 2},car{c},{20 * c + 5 * t},0,10" for t in range(20) for c in range(2)]
     (tmp_path / "trace.csv").write_text("\n".join(["t,id,x,y,speed", *rows]))

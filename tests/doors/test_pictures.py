@@ -90,7 +90,7 @@ CASES = {
 }
 
 
-QUICK = ("no objects", "one trial", "one slot", "everything NaN", "coming and going")
+QUICK = ("no objects", "one trial", "everything NaN")
 
 
 @pytest.fixture(
@@ -145,6 +145,7 @@ def test_letters_are_large_enough_to_print(kind):
     assert min(sizes) >= 7.0
 
 
+@pytest.mark.slow
 def test_all_pictures_are_written_beside_the_stem(tmp_path):
     written = draw_all(build_result(trials=2), tmp_path / "run.v2", ".png")
     kinds = ("rate", "tracking", "patterns", "trajectories", "consistency", "forecast")

@@ -184,6 +184,7 @@ def test_what_is_no_problem_method_or_gap_is_refused() -> None:
         design_beams(_problem(), certify=True, gap="small")  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_many_more_objects_than_antennas_are_served_in_seconds() -> None:
     values = {"angles": np.linspace(0.3, 2.9, 40), "distances": np.full(40, 100.0), "n_tx": 8}
     answer = design_beams(_problem(**values, coverage_halfwidths=np.full(40, 0.02), ripple=0.5))
@@ -193,6 +194,7 @@ def test_many_more_objects_than_antennas_are_served_in_seconds() -> None:
     assert answer.objective > 0.9 * answer.upper_bound
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("min_rate", "part"), [(4e-4, 0.5), (4e-5, 1.0)])
 def test_a_search_left_unfinished_is_not_thrown_away_for_its_floors(
     min_rate: float, part: float

@@ -65,6 +65,7 @@ def interrupted(path, after=2, **changes):
     assert len(list(BlockFiles.beside(path).directory.glob("*.npz"))) == after
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_and_comes_to_the_same(tmp_path):
     record(recording(tmp_path / "whole.nc"))
     interrupted(tmp_path / "cut.nc")
@@ -73,6 +74,7 @@ def test_an_interrupted_run_goes_on_and_comes_to_the_same(tmp_path):
     assert not BlockFiles.beside(tmp_path / "cut.nc").directory.exists()
 
 
+@pytest.mark.slow
 def test_resuming_what_is_finished_changes_nothing(tmp_path):
     path = tmp_path / "r.nc"
     record(recording(path))
@@ -203,6 +205,7 @@ def test_a_device_is_not_replaced():
         record(recording(Path("/dev/null"), force=True))
 
 
+@pytest.mark.slow
 def test_a_damaged_block_is_computed_again(tmp_path):
     record(recording(tmp_path / "whole.nc"))
     path = tmp_path / "r.nc"
@@ -235,6 +238,7 @@ def files_of_at_most(size):
         signal.signal(signal.SIGXFSZ, previous)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "kept"), [(100_000, 0), (200_000, 4), (640_000, 4)], ids=["block", "begin", "end"]
 )

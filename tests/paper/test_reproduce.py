@@ -39,6 +39,7 @@ def test_list_names_every_figure():
     assert any(line.startswith("aa_acr ") for line in lines)
 
 
+@pytest.mark.slow
 def test_a_figure_without_trials_is_drawn_judged_and_not_overwritten(tmp_path):
     out = tmp_path / "deep" / "out"
     said = reproduce("approx", "--out", out)

@@ -241,6 +241,7 @@ def test_errors_reach_the_posterior_bound_and_never_beat_it() -> None:
     assert np.all(ratio < high * 1.02)  # a linearised filter may lose a little
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("setting", "honest"),
     [

@@ -59,6 +59,7 @@ def _exhaustive(problem: BeamProblem, steps: int) -> float:
     return float(np.max(total))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("angles", "n_tx", "power", "steps"),
     [
@@ -155,6 +156,7 @@ def test_an_unreachable_gap_is_reported_and_not_hidden(monkeypatch: pytest.Monke
     assert "after 1 boxes" in answer.message
 
 
+@pytest.mark.slow
 def test_a_solver_that_lies_cannot_make_a_bound_false(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = _problem([75, 135], 1e4, 12)
     honest = design_beams(problem, certify=True)

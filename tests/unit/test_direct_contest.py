@@ -56,6 +56,7 @@ def test_uneven_shares_sum_to_one_and_favour_the_set() -> None:
     assert np.all(shares[0, [0, 2]] > 10.0 * shares[0, 1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "n_tx"), [(3, 12), (4, 10)])
 def test_serving_all_is_no_worse_than_designing_for_any_set_alone(count: int, n_tx: int) -> None:
     batch = _batch(CLOSE[:count], n_tx, 3e4)

@@ -74,6 +74,7 @@ def test_widths_of_beams_say_that_they_are_at_half_power(drawn):
         assert all(text.get_text().startswith("half-power width ") for text in axes.texts)
 
 
+@pytest.mark.slow
 def test_every_omni_slot_of_the_long_run_is_marked(drawn):
     _, drawing = drawn(long_run.FIGURE)
     schemes = lines_with_labels(drawing.axes[0])
@@ -84,6 +85,7 @@ def test_every_omni_slot_of_the_long_run_is_marked(drawn):
         assert {slot % 10 for slot in marked} == {0, 3, 6, 9}  # the same of every frame
 
 
+@pytest.mark.slow
 def test_every_panel_of_the_heights_has_thin_quantiles_with_bands(drawn):
     results, drawing = drawn(height_rates.FIGURE)
     for axes in drawing.axes:

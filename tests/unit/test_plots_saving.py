@@ -28,6 +28,7 @@ def test_a_png_is_a_picture_for_a_column_at_300_dots_per_inch(result, tmp_path):
         assert image.info["dpi"] == pytest.approx((300, 300), abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_pdf_is_a_pdf_with_real_fonts(result, tmp_path):
     data = save(rate.draw(result), tmp_path / "a.pdf").read_bytes()
     assert data.startswith(b"%PDF-")
@@ -40,6 +41,7 @@ def test_an_svg_is_xml(result, tmp_path):
     assert root.tag == "{http://www.w3.org/2000/svg}svg"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
 def test_the_same_picture_is_the_same_file(result, tmp_path, suffix):
     one = save(rate.draw(result), tmp_path / f"one.{suffix}").read_bytes()

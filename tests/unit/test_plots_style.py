@@ -78,6 +78,7 @@ def test_drawing_leaves_the_users_settings_alone():
         assert dict(mpl.rcParams) == before
 
 
+@pytest.mark.slow
 def test_drawing_needs_no_pyplot():
     code = (
         "import sys, echobeam.plots; assert 'matplotlib.pyplot' not in sys.modules;"

@@ -132,6 +132,7 @@ def test_jacobian_agrees_with_complex_steps(kind: Evolution, heading: float) -> 
     np.testing.assert_allclose(jacobian, derivative, rtol=1e-12, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_first_row_is_as_printed_and_the_second_is_corrected() -> None:
     theta, d, v, u, heading, T = sympy.symbols("theta d v u heading T", real=True)
     down, along = u * sympy.sin(heading) * T, v * T - u * sympy.cos(heading) * T
