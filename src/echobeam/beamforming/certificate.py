@@ -83,6 +83,18 @@ def rate_shortfall(achieved: Array, min_rate: Array) -> Array:
     return np.where(min_rate > 0, np.maximum(0.0, 1.0 - achieved / floor), 0.0)
 
 
+def floor_part(achieved: Array, min_rate: Array) -> float:
+    """Return the largest common part of the floors (38e) that is met; 1 if they all are.
+
+    Parameters
+    ----------
+    achieved, min_rate
+        ``(K,)`` bit/s/Hz.
+    """
+    asked = min_rate > 0.0
+    return float(np.min(achieved[asked] / min_rate[asked], initial=1.0))
+
+
 def coverage_excess(
     beams: ComplexArray,
     angles: Array,

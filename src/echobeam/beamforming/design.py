@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from echobeam.beamforming.answer import BatchAnswer, BeamAnswer
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certificate import floor_part, violation
 from echobeam.beamforming.coverage import coverage_steps
 from echobeam.beamforming.fast import (
     FEASIBLE,
@@ -225,8 +225,7 @@ def _certified(problem: BeamProblem, answer: BeamAnswer, gap: float, begun: floa
 
 def _with_floors_met(problem: BeamProblem, answer: BeamAnswer) -> BeamProblem:
     """Return the problem with its floors (38e) scaled to what an answer keeps of them."""
-    asked = problem.min_rate > 0.0
-    part = np.min(answer.rates[asked] / problem.min_rate[asked], initial=1.0)
+    part = floor_part(answer.rates, problem.min_rate)
     return replace(problem, min_rate=problem.min_rate * part)
 
 

@@ -9,7 +9,12 @@ from functools import partial
 import numpy as np
 
 from echobeam.beamforming import relaxation
-from echobeam.beamforming.certificate import coverage_excess, rate_shortfall, violation
+from echobeam.beamforming.certificate import (
+    coverage_excess,
+    floor_part,
+    rate_shortfall,
+    violation,
+)
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.direct import DirectResult, solve_batch
 from echobeam.beamforming.fallback import named_faults
@@ -78,9 +83,8 @@ def solve(problem: BeamProblem, compiled: bool | None = None) -> Proposal:
         reached = replace(problem, min_rate=problem.min_rate * factor)
         lowered = violation(reached, found.beams[0])
     if not found.converged[0] or lowered.largest > FEASIBLE:
-        lobes = cover_lobes(problem)
-        if long_relaxation(problem) or (stiff.any() and np.max(lobes) > STIFF_LOBES):
-            return _unproved(problem, found, lobes)
+        if stiff.any() or long_relaxation(problem):  # stiff and narrow was left to it above
+            return _unproved(problem, found, cover_lobes(problem))
         return relaxation.solve(problem)
     short = bool(found.floors_infeasible[0])
     prove = partial(relaxation.prove, problem, float(found.objective[0]))
@@ -157,8 +161,7 @@ def _made_to_keep(problem: BeamProblem, beams: ComplexArray, factor: float) -> C
 def _worth(problem: BeamProblem, beams: ComplexArray) -> tuple[float, float]:
     """Return the part of the floors (38e) that beams meet, 1 if all, and their sum rate."""
     achieved = rates(problem, beams)
-    asked = problem.min_rate > 0.0
-    part = float(np.min(achieved[asked] / problem.min_rate[asked], initial=1.0))
+    part = floor_part(achieved, problem.min_rate)
     return (1.0 if part >= 1.0 - FEASIBLE else part), float(np.sum(achieved))
 
 
