@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import lru_cache
 
 from echobeam.reproduction.claims import ALL
 from echobeam.reproduction.figures import (
@@ -48,7 +49,9 @@ def entries(results: Results, claims: Iterable[Claim] = CLAIMS) -> list[Entry]:
     return [entry for claim in claims for entry in _of(claim, results)]
 
 
-def _of(claim: Claim, results: Results) -> list[Entry]:
+@lru_cache(maxsize=len(CLAIMS))
+def _of(claim: Claim, results: Results) -> tuple[Entry, ...]:
+    """Return one claim's rows; kept, since picture and report both show the same results."""
     default = results.under(DEFAULT, ())
     found = [_entry(claim, default, DEFAULT)]
     # a setup counts with the schemes that the claim is measured on alone
@@ -60,7 +63,7 @@ def _of(claim: Claim, results: Results) -> list[Entry]:
         touched = [setup.name for setup in measured_on if variation.touches(setup)]
         if touched:
             found.append(_entry(claim, results.under(variation, touched), variation))
-    return found
+    return tuple(found)
 
 
 def _entry(claim: Claim, results: Results, variation: Variation) -> Entry:
