@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -248,11 +249,11 @@ def _radio(scalars: dict[str, float]) -> dict[str, float]:
 
 
 def _vector(
-    name: str, value: object, size: int | None, faults: list[str], broadcast: bool = False
+    name: str, value: Any, size: int | None, faults: list[str], broadcast: bool = False
 ) -> Array:
     fallback = np.ones(size or 0)
     try:
-        if np.iscomplexobj(value):  # type: ignore[arg-type]
+        if np.iscomplexobj(value):
             raise TypeError("numpy would drop the imaginary parts with no more than a warning")
         vector = np.array(value, dtype=float)
     except (TypeError, ValueError, OverflowError):
@@ -270,9 +271,9 @@ def _vector(
     return vector
 
 
-def _scalar(name: str, value: object, faults: list[str]) -> float:
+def _scalar(name: str, value: Any, faults: list[str]) -> float:
     try:
-        number = float(value)  # type: ignore[arg-type]
+        number = float(value)
     except (TypeError, ValueError, OverflowError):
         faults.append(f"{name} must be a number, not {_shown(value)}")
         return 1.0
