@@ -12,6 +12,7 @@ from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.direct import solve_batch
 from echobeam.beamforming.problem import ProblemBatch
+from echobeam.physics.array import LinearArray
 
 COMPARED = 3
 
@@ -32,7 +33,7 @@ def batch(trials, n_tx, angles, distances, halfwidth, ripple, power, floor) -> P
     shape = (trials, len(angles))
     return ProblemBatch(
         angles=np.radians(np.array(angles) + rng.standard_normal(shape)),
-        distances=np.array(distances) * (1.0 + 0.01 * rng.standard_normal(shape)),
+        loss=(np.array(distances) * (1.0 + 0.01 * rng.standard_normal(shape))) ** 2,
         coverage_halfwidths=np.radians(
             np.broadcast_to(halfwidth, shape) * (1.0 + 0.05 * rng.standard_normal(shape))
         ),
@@ -40,8 +41,7 @@ def batch(trials, n_tx, angles, distances, halfwidth, ripple, power, floor) -> P
         ripple=np.full(shape[1], ripple),
         min_rate=np.full(shape[1], floor),
         power=power,
-        noise=1.0,
-        n_tx=n_tx,
+        array=LinearArray(n_tx),
     )
 
 

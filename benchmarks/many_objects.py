@@ -12,6 +12,7 @@ import numpy as np
 from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.direct.batch import DirectResult, solve_batch
 from echobeam.beamforming.problem import ProblemBatch
+from echobeam.physics.array import LinearArray
 
 SIZES = ((30, 2), (64, 2), (64, 4), (64, 8), (64, 16), (128, 8))
 TRIALS, REPEATS = 8, 5
@@ -25,14 +26,13 @@ def spread(n_tx: int, count: int, power: float) -> ProblemBatch:
     shape = (TRIALS, count)
     return ProblemBatch(
         angles=angles + np.radians(0.3) * rng.standard_normal(shape),
-        distances=rng.uniform(100.0, 180.0, shape),
+        loss=rng.uniform(100.0, 180.0, shape) ** 2,
         coverage_halfwidths=np.full(shape, np.radians(3.0)),
         active=np.ones(shape, dtype=bool),
         ripple=np.full(count, 3.0),
         min_rate=np.zeros(count),
         power=power,
-        noise=1.0,
-        n_tx=n_tx,
+        array=LinearArray(n_tx),
     )
 
 

@@ -25,7 +25,7 @@ from echobeam.beamforming.reference import (
     rank_ratio,
     relax,
 )
-from echobeam.physics.array import steering_vector
+from echobeam.physics.array import LinearArray
 from echobeam.values import Array, ComplexArray
 
 HEIGHT = 100.0
@@ -147,7 +147,7 @@ class Reflection:
     ripple: float = 0.05
 
     def channel(self) -> ComplexArray:
-        own, other = steering_vector(np.radians([self.own, self.other]), 3, axis="horizontal")
+        own, other = LinearArray(3, axis="horizontal").steering(np.radians([self.own, self.other]))
         return np.asarray(own + self.gain * other)
 
     def forms(self) -> ComplexArray:
@@ -155,8 +155,8 @@ class Reflection:
         grid, mask = coverage_grid(
             np.radians([self.own]), np.radians([self.halfwidth]), np.radians(2.5)
         )
-        cover = steering_vector(grid[mask], 3, axis="horizontal")
-        own = steering_vector(np.radians(self.own), 3, axis="horizontal")
+        cover = LinearArray(3, axis="horizontal").steering(grid[mask])
+        own = LinearArray(3, axis="horizontal").steering(np.radians(self.own))
         outer = np.einsum("jm,jn->jmn", cover, cover.conj())
         return np.asarray(
             (np.outer(own, own.conj()) - outer)[np.arange(len(cover)) != len(cover) // 2]

@@ -19,11 +19,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from echobeam.simulation.digest import digest
 
 from echobeam.scenario import load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.blocks import Block, cut, run_block
-from echobeam.simulation.digest import digest
 from echobeam.simulation.run import resolve_schemes
 from echobeam.store.block_files import BlockFiles
 from echobeam.store.cluster import do_on_cluster

@@ -15,25 +15,47 @@ if TYPE_CHECKING:
     from echobeam.beamforming.answer import BeamAnswer
     from echobeam.beamforming.design import design_beams
     from echobeam.beamforming.problem import BeamProblem, ProblemError
+    from echobeam.physics.array import ArrayError, LinearArray
     from echobeam.scenario.load import ScenarioError, load_scenario
     from echobeam.scenario.model import Scenario
-    from echobeam.schemes.base import Scheme, SchemeError, View
+    from echobeam.schemes.base import Decision, Scheme, SchemeError, View
+    from echobeam.schemes.beamers import Aim, Beams
     from echobeam.schemes.doors import scheme
+    from echobeam.schemes.parts import SchemeOfParts
     from echobeam.simulation.loop import SlotRecord
     from echobeam.simulation.run import simulate, slots
-    from echobeam.values import GaussianState, Measurement
+    from echobeam.values import (
+        Detections,
+        GaussianState,
+        Mode,
+        StateSpace,
+        Tracks,
+        Transmission,
+        UavState,
+    )
 
 _HOME = {
+    "Aim": "schemes.beamers",
+    "ArrayError": "physics.array",
     "BeamAnswer": "beamforming.answer",
     "BeamProblem": "beamforming.problem",
+    "Beams": "schemes.beamers",
+    "Decision": "schemes.base",
+    "Detections": "values",
     "GaussianState": "values",
-    "Measurement": "values",
+    "LinearArray": "physics.array",
+    "Mode": "values",
     "ProblemError": "beamforming.problem",
     "Scenario": "scenario.model",
     "ScenarioError": "scenario.load",
     "Scheme": "schemes.base",
     "SchemeError": "schemes.base",
+    "SchemeOfParts": "schemes.parts",
     "SlotRecord": "simulation.loop",
+    "StateSpace": "values",
+    "Tracks": "values",
+    "Transmission": "values",
+    "UavState": "values",
     "View": "schemes.base",
     "design_beams": "beamforming.design",
     "load_scenario": "scenario.load",
@@ -43,16 +65,27 @@ _HOME = {
 }
 
 __all__ = [
+    "Aim",
+    "ArrayError",
     "BeamAnswer",
     "BeamProblem",
+    "Beams",
+    "Decision",
+    "Detections",
     "GaussianState",
-    "Measurement",
+    "LinearArray",
+    "Mode",
     "ProblemError",
     "Scenario",
     "ScenarioError",
     "Scheme",
     "SchemeError",
+    "SchemeOfParts",
     "SlotRecord",
+    "StateSpace",
+    "Tracks",
+    "Transmission",
+    "UavState",
     "View",
     "__version__",
     "design_beams",

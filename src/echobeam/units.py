@@ -31,6 +31,11 @@ UNITS: dict[str, dict[str, float]] = {
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
 
 
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
+
+_DECIBELS = ("dB", "dBm", "dBW", "dBi")
+
+
 class QuantityError(InputError):
     """A text that is not a number with a unit of the kind asked for."""
 
@@ -65,11 +70,17 @@ def parse_quantity(value: object, kind: str) -> float:
     if not isinstance(value, str):
         number = float(value)
     else:
+        if _DECIMAL_COMMA.match(value):
+            raise QuantityError(f"{value!r} is no number; decimals take a point")
         match = _QUANTITY.fullmatch(value)
         if match is None:
             raise QuantityError(f"{value!r} is not a number; expected {accepted(kind)}")
         number, unit = float(match[1]), match[2]
         if unit is not None:
+            if unit in _DECIBELS:
+                raise QuantityError(
+                    f"{value!r} is a level in decibels; powers and gains are linear here"
+                )
             if unit not in UNITS[kind]:
                 raise QuantityError(
                     f"unknown unit {unit!r} in {value!r}; expected {accepted(kind)}"

@@ -119,7 +119,7 @@ def test_a_run_writes_a_result_and_prints_a_table(tmp_path):
     with xr.open_dataset(tmp_path / "r.nc") as result:
         assert dict(result.sizes) == {
             "scheme": 2, "trial": 5, "slot": 10, "object": 2, "state": 3, "state_b": 3,
-            "measurement": 3, "antenna": 30, "part": 2,
+            "measurement": 3, "antenna": 30, "axis": 3, "part": 2,
         }  # fmt: skip
         assert result["scheme"].values.tolist() == ["water-filling", "omni"]
         assert result["slot"].values.tolist() == list(range(1, 11))
@@ -239,7 +239,7 @@ def test_all_faults_of_a_file_are_reported_together(tmp_path):
     text = (
         preset_text("paper-multi")
         .replace("n_tx = 30", "n_tx = -3")
-        .replace("ripple = 3", "riple = 3")
+        .replace("\nripple =", "\nriple =")
     )
     (tmp_path / "bad.toml").write_text(text)
     refused(echobeam("run", "bad.toml", cwd=tmp_path), "2 faults", "array.n_tx", "coverage.riple")
@@ -247,7 +247,7 @@ def test_all_faults_of_a_file_are_reported_together(tmp_path):
 
 def test_faults_of_options_are_reported_with_those_of_the_file(tmp_path):
     (tmp_path / "bad.toml").write_text(
-        preset_text("paper-multi").replace("ripple = 3", "riple = 3")
+        preset_text("paper-multi").replace("\nripple =", "\nriple =")
     )
     done = echobeam(
         "run", "bad.toml", "--set", "uav.height=80 kg", "--set", "nonsense", "--scheme", "temproal",

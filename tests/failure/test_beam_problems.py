@@ -10,7 +10,9 @@ import pytest
 
 from echobeam.beamforming import conic
 from echobeam.beamforming.design import design_batch, design_beams
-from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
+from echobeam.beamforming.problem import BeamProblem, ProblemError
+
+from ..problems import problem_batch
 
 DEG = np.pi / 180.0
 
@@ -218,7 +220,7 @@ def test_a_search_left_unfinished_is_not_thrown_away_for_its_floors(
 
 
 def test_a_batch_survives_a_grid_beyond_memory() -> None:
-    batch = ProblemBatch(
+    batch = problem_batch(
         angles=np.array([[1.3], [1.4]]),
         distances=np.array([[100.0], [100.0]]),
         coverage_halfwidths=np.array([[1.5], [0.0001]]),

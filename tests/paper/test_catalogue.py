@@ -92,6 +92,6 @@ def test_a_variation_touches_setups_in_which_it_changes_something():
 def test_arrays_of_another_size_keep_the_ripple_in_proportion():
     for n in (40, 50):
         scenario = multi(n).scenario()
-        assert (scenario.array.n_tx, scenario.array.n_rx) == (n, n)
+        assert (scenario.array.n_tx, scenario.array.receivers) == (n, n)
         assert scenario.ripple == pytest.approx(0.1 * n)
     assert single(30).scenario().ripple == 3.0

@@ -15,9 +15,10 @@ from echobeam.reproduction.mapping import entries
 from echobeam.reproduction.records import Entry, Estimate, Finding, Measured
 from echobeam.reproduction.report import gathered, page
 from echobeam.reproduction.results import Outcome, Results
-from echobeam.reproduction.setups import VARIATIONS, Setup, long, multi, single, varied
+from echobeam.reproduction.setups import VARIATIONS, Setup, headline, long, multi, single, varied
 
 TRIALS = 30
+SINGLE = headline("paper-single")
 CLAIMS = {claim.id: claim for claim in ALL}
 BY_LABEL = {variation.label: variation for variation in VARIATIONS}
 FLOORED = {
@@ -81,8 +82,8 @@ def test_a_verdict_that_one_reading_flips_is_another_there_and_nowhere_else():
 
 
 def test_the_claims_own_measure_is_applied():
-    doubled = made_up(varied(single(), BY_LABEL["ripple 1"]), {"temporal": 3.0, "pilot": 1.0})
-    found = entries(all_of(single(), changed=(doubled,)), [CLAIMS["single-improvement"]])
+    doubled = made_up(varied(SINGLE, BY_LABEL["ripple 1"]), {"temporal": 3.0, "pilot": 1.0})
+    found = entries(all_of(SINGLE, changed=(doubled,)), [CLAIMS["single-improvement"]])
     ours = {one.reading: one.finding.measured.headline.value for one in found}
     assert ours["ripple 1"] == pytest.approx(200.0)
     assert ours["default reading"] == ours["P_T = 2"] == pytest.approx(100.0)
@@ -90,15 +91,15 @@ def test_the_claims_own_measure_is_applied():
 
 
 def test_what_stands_in_for_a_scheme_is_measured_under_its_name():
-    needle = made_up(varied(single(), BY_LABEL[NEEDLE]), RATES | {"pilot-needle": 9.0})
+    needle = made_up(varied(SINGLE, BY_LABEL[NEEDLE]), RATES | {"pilot-needle": 9.0})
     assert needle.point.schemes == ("temporal", "pilot-needle")
-    found = mapped("single-improvement", all_of(single(), changed=(needle,)))
+    found = mapped("single-improvement", all_of(SINGLE, changed=(needle,)))
     assert found[NEEDLE] == "not reproduced"
     assert found["default reading"] == "in part"
 
 
 def test_readings_that_do_not_touch_a_claim_are_not_listed():
-    one, two = all_of(single()), all_of(long())
+    one, two = all_of(SINGLE), all_of(long())
     assert set(mapped("single-improvement", one)) == {"default reading", *BY_LABEL} - FLOORED
     # measured on the proposed scheme alone, though the pilot scheme is run as well
     assert set(mapped("dips-at-omni-slots", two)) == {"default reading", *BY_LABEL} - {NEEDLE}
@@ -138,8 +139,8 @@ def test_the_floor_is_not_judged_where_there_is_none():
 
 
 def test_a_reading_that_was_not_run_is_missed_instead_of_taken_for_the_default():
-    results = all_of(single())
-    del results.outcomes[varied(single(), BY_LABEL["ripple 5"]).name]
+    results = all_of(SINGLE)
+    del results.outcomes[varied(SINGLE, BY_LABEL["ripple 5"]).name]
     with pytest.raises(KeyError, match="ripple 5"):
         entries(results, [CLAIMS["single-improvement"]])
 

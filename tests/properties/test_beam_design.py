@@ -11,7 +11,7 @@ from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.recovery import keep_coverage
-from echobeam.physics.array import steering_vector
+from echobeam.physics.array import LinearArray
 
 DEG = np.pi / 180.0
 
@@ -72,7 +72,7 @@ def test_no_random_feasible_design_beats_the_bound(problem: BeamProblem, seed: i
     problem = _changed(problem, min_rate=0.0)
     answer = design_beams(problem)
     rng = np.random.default_rng(seed)
-    steering = steering_vector(problem.angles, problem.n_tx, axis=problem.axis)
+    steering = LinearArray(problem.n_tx, axis=problem.array.axis).steering(problem.angles)
     for _ in range(10):
         noise = rng.normal(size=(2, *steering.shape))
         beams = steering + rng.exponential() * (noise[0] + 1j * noise[1])
@@ -112,6 +112,6 @@ def test_units_of_power_do_not_matter(problem: BeamProblem) -> None:
 def _changed(problem: BeamProblem, **changes: object) -> BeamProblem:
     names = (
         "angles", "distances", "coverage_halfwidths", "ripple", "min_rate", "power", "noise",
-        "n_tx", "alpha0", "spacing", "axis", "resolution",
+        "alpha0", "resolution", "array",
     )  # fmt: skip
     return BeamProblem(**{**{name: getattr(problem, name) for name in names}, **changes})  # type: ignore[arg-type]

@@ -7,16 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from echobeam.estimation.gaussian import propagate, update, wrap
-from echobeam.tracking import filter as ekf
 from echobeam.tracking.evolution import Evolution, evolve
-from echobeam.tracking.initial import initial_state
 from echobeam.tracking.measurement import predict_measurement
-from echobeam.values import GaussianState, Measurement, UavMotion
+from echobeam.values import GaussianState, UavState
+
+from .. import forms
+from ..forms import Echo, flying, initial_state
 
 CARRIER = 30e9
 seeds = st.integers(0, 2**32 - 1)
 kinds = st.sampled_from(["paper", "exact"])
-motions = st.builds(UavMotion, st.floats(0.0, 40.0), st.floats(-np.pi, np.pi))
+motions = st.builds(flying, st.floats(0.0, 40.0), st.floats(-np.pi, np.pi))
 magnitudes = st.tuples(st.floats(-3, 0), st.floats(-1, 1), st.floats(-1, 4))
 
 
@@ -29,14 +30,14 @@ def beliefs(rng: np.random.Generator, shape: tuple[int, ...], std: np.ndarray) -
     return GaussianState(rng.uniform(low, high, (*shape, 3)), cov, np.ones(shape, dtype=bool))
 
 
-def echoes(rng: np.random.Generator, mean: np.ndarray, uav: UavMotion) -> Measurement:
+def echoes(rng: np.random.Generator, mean: np.ndarray, uav: UavState) -> Echo:
     """Noisy echoes; a third of all components are missing."""
     std = 10.0 ** rng.uniform([-4, -11, 1], [-1, -8, 5], mean.shape)
     value = predict_measurement(mean, uav.speed, uav.heading, CARRIER)
     value = value + std * rng.normal(size=mean.shape)
     missing = rng.uniform(size=mean.shape) < 1 / 3
     value[missing], std[missing] = np.nan, np.inf
-    return Measurement(value, std**2)
+    return Echo(value, std**2)
 
 
 def normalised(cov: np.ndarray, std: np.ndarray) -> np.ndarray:
@@ -45,7 +46,7 @@ def normalised(cov: np.ndarray, std: np.ndarray) -> np.ndarray:
 
 @given(seeds, magnitudes, kinds, motions)
 def test_no_number_depends_on_how_many_share_the_block(
-    seed: int, magnitude: tuple[float, ...], kind: Evolution, uav: UavMotion
+    seed: int, magnitude: tuple[float, ...], kind: Evolution, uav: UavState
 ) -> None:
     rng = np.random.default_rng(seed)
     state = beliefs(rng, (7, 3), 10.0 ** np.array(magnitude))
@@ -54,10 +55,10 @@ def test_no_number_depends_on_how_many_share_the_block(
 
     def slot(part: tuple[slice, ...]) -> list[np.ndarray]:
         belief = GaussianState(state.mean[part], state.cov[part], state.known[part])
-        echo = Measurement(radar.value[part], radar.variance[part])
+        echo = Echo(radar.value[part], radar.variance[part])
         first = initial_state(echo, uav, CARRIER)
-        prior = ekf.predict(belief, uav, 0.01, noise, kind)
-        posterior = ekf.update(prior, echo, uav, CARRIER)
+        prior = forms.predict(belief, uav, 0.01, noise, kind)
+        posterior = forms.update(prior, echo, uav, CARRIER)
         return [getattr(s, n) for s in (first, prior, posterior) for n in ("mean", "cov", "known")]
 
     whole = slot((slice(None), slice(None)))
@@ -69,12 +70,12 @@ def test_no_number_depends_on_how_many_share_the_block(
 
 @given(seeds, magnitudes, motions)
 def test_an_update_never_makes_anything_less_certain(
-    seed: int, magnitude: tuple[float, ...], uav: UavMotion
+    seed: int, magnitude: tuple[float, ...], uav: UavState
 ) -> None:
     rng = np.random.default_rng(seed)
     prior = beliefs(rng, (6, 2), 10.0 ** np.array(magnitude))
     radar = echoes(rng, prior.mean, uav)
-    posterior = ekf.update(prior, radar, uav, CARRIER)
+    posterior = forms.update(prior, radar, uav, CARRIER)
     std = np.sqrt(np.diagonal(prior.cov, axis1=-2, axis2=-1))
     gained = normalised(prior.cov - posterior.cov, std)[posterior.known]
     assert np.all(np.linalg.eigvalsh(gained) > -1e-12)
@@ -85,24 +86,24 @@ def test_an_update_never_makes_anything_less_certain(
 
 @given(seeds, magnitudes, motions)
 def test_components_may_be_used_in_any_order_or_at_once(
-    seed: int, magnitude: tuple[float, ...], uav: UavMotion
+    seed: int, magnitude: tuple[float, ...], uav: UavState
 ) -> None:
     rng = np.random.default_rng(seed)
     state = beliefs(rng, (4,), 10.0 ** np.array(magnitude))
     H, variance = rng.normal(size=(4, 3, 3)), 10.0 ** rng.uniform(-2, 2, (4, 3))
     H /= np.sqrt(np.diagonal(state.cov, axis1=-2, axis2=-1))[..., None, :]
     innovation = np.sqrt(variance) * rng.normal(size=(4, 3))
-    mean, cov = update(state.mean, state.cov, innovation, H, variance)
+    mean, cov = update(state.mean, state.cov, innovation, H, variance)[:2]
     order = rng.permutation(3)
     parts = innovation[:, order], H[:, order], variance[:, order]
-    other_mean, other_cov = update(state.mean, state.cov, *parts)
+    other_mean, other_cov = update(state.mean, state.cov, *parts)[:2]
     std = np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
     np.testing.assert_allclose(other_mean / std, mean / std, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(normalised(other_cov, std), normalised(cov, std), atol=1e-9)
 
 
 @given(seeds, motions)
-def test_an_exact_step_and_its_reverse_lead_back(seed: int, uav: UavMotion) -> None:
+def test_an_exact_step_and_its_reverse_lead_back(seed: int, uav: UavState) -> None:
     state = beliefs(np.random.default_rng(seed), (20,), np.ones(3)).mean
     there = evolve(state, uav.speed, uav.heading, 0.05, "exact")
     there[..., 2] *= -1.0
@@ -111,7 +112,7 @@ def test_an_exact_step_and_its_reverse_lead_back(seed: int, uav: UavMotion) -> N
 
 
 @given(seeds, motions)
-def test_exact_evolution_composes(seed: int, uav: UavMotion) -> None:
+def test_exact_evolution_composes(seed: int, uav: UavState) -> None:
     state = beliefs(np.random.default_rng(seed), (20,), np.ones(3)).mean
     motion = uav.speed, uav.heading
     halves = evolve(evolve(state, *motion, 0.02, "exact"), *motion, 0.03, "exact")
@@ -140,11 +141,11 @@ def test_wrap_is_the_same_direction_within_one_turn(angle: float) -> None:
 @settings(max_examples=50)
 @given(st.floats(0.05, np.pi - 0.05), st.floats(5.0, 500.0), st.floats(-50.0, 50.0), motions)
 def test_a_first_measurement_without_error_is_inverted(
-    theta: float, d: float, v: float, uav: UavMotion
+    theta: float, d: float, v: float, uav: UavState
 ) -> None:
     truth = np.array([theta, d, v])
     value = predict_measurement(truth, uav.speed, uav.heading, CARRIER)
-    state = initial_state(Measurement(value, np.array([1e-6, 1e-20, 1.0])), uav, CARRIER)
+    state = initial_state(Echo(value, np.array([1e-6, 1e-20, 1.0])), uav, CARRIER)
     assert state.known
     np.testing.assert_allclose(state.mean[:2], truth[:2], rtol=1e-14)
     if np.sqrt(state.cov[2, 2]) < 1e3:

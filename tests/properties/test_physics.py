@@ -6,19 +6,25 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from echobeam.physics.array import steering_vector
-from echobeam.physics.bounds import (
-    effective_variance,
-    measurement_variance,
-    square_aperture,
-    transmit_aperture,
-)
-from echobeam.physics.echo import echo_snr, illumination
-from echobeam.physics.link import rate, sinr, stream_gains
+from echobeam.physics.array import LinearArray
+from echobeam.physics.bounds import effective_variance
+from echobeam.physics.link import rate
 from echobeam.physics.measurement import measure, velocity_from_doppler
-from echobeam.physics.motion import initial_distance, move_object, uav_path
+from echobeam.physics.motion import initial_distance
 from echobeam.physics.transmission import directional, omni, radiated_power
 from echobeam.values import Transmission
+
+from ..forms import (
+    echo_snr,
+    illumination,
+    measurement_variance,
+    move_object,
+    sinr,
+    square_aperture,
+    stream_gains,
+    transmit_aperture,
+    uav_path,
+)
 
 RADAR = {"rcs": 120 + 120j, "gain": 10.0, "noise": 1.0}
 BOUND = {"n_rx": 5, "bandwidth": 8e7, "pulse_length": 1e-5}
@@ -80,7 +86,7 @@ def test_absent_objects_are_as_good_as_never_there(seed, k, n, axis, data):
 def test_gains_are_quadratic_forms_of_positive_semidefinite_covariances(seed, k, n, axis):
     sent, theta, _ = scene(seed, 1, k, n)
     gains = stream_gains(cut(sent, 0), theta[0], axis=axis)
-    a = steering_vector(theta[0], n, axis=axis)
+    a = LinearArray(n, axis=axis).steering(theta[0])
     for i in range(k):
         w = sent.beams[0, i]
         covariance = np.outer(w, w.conj()) + np.diag(sent.antenna_power[0, i])

@@ -10,7 +10,7 @@ from echobeam.beamforming.certificate import numerical_rank
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.physics.array import steering_vector
+from echobeam.physics.array import LinearArray
 
 # CVXPY calls good solutions of these problems inaccurate; the comparisons judge them.
 pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
@@ -43,14 +43,14 @@ def _single(angle: float, halfwidth: float, ripple: float, n_tx: int, resolution
 
 def _cover(problem: BeamProblem, k: int = 0) -> np.ndarray:
     grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
-    return steering_vector(grid[k, mask[k]], problem.n_tx)
+    return LinearArray(problem.n_tx).steering(grid[k, mask[k]])
 
 
 @pytest.mark.parametrize("case", SINGLE)
 def test_one_object_reaches_the_relaxed_gain_that_cvxpy_finds_on_the_full_problem(case) -> None:
     cp = pytest.importorskip("cvxpy")
     problem = _single(*case)
-    own, cover = steering_vector(problem.angles, problem.n_tx)[0], _cover(problem)
+    own, cover = LinearArray(problem.n_tx).steering(problem.angles)[0], _cover(problem)
     W = cp.Variable((problem.n_tx, problem.n_tx), hermitian=True)
     gain = cp.real(own.conj() @ W @ own)
     pattern = cp.real(cp.sum(cp.multiply(cover.conj(), (W @ cover.T).T), axis=1))
@@ -119,7 +119,7 @@ def _cvxpy_power(problem: BeamProblem, rates: np.ndarray) -> float:
     """Least power, in units of P_T, with which CVXPY meets given rates on the full problem."""
     cp = pytest.importorskip("cvxpy")
     n_tx, count = problem.n_tx, problem.n_objects
-    steering = steering_vector(problem.angles, n_tx)
+    steering = LinearArray(n_tx).steering(problem.angles)
     loss = problem.noise * problem.distances**2 / problem.power
     W = [cp.Variable((n_tx, n_tx), hermitian=True) for _ in range(count)]
     gain = [[cp.real(a.conj() @ V @ a) for V in W] for a in steering]

@@ -7,6 +7,8 @@ from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.direct import solve_batch
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch
 
+from ..problems import problem_batch
+
 
 def _problem(rng: np.random.Generator) -> BeamProblem:
     n_tx, count = int(rng.choice([8, 16, 24])), int(rng.integers(1, 4))
@@ -24,7 +26,7 @@ def _problem(rng: np.random.Generator) -> BeamProblem:
 
 
 def _batch(problem: BeamProblem) -> ProblemBatch:
-    return ProblemBatch(
+    return problem_batch(
         angles=problem.angles[None],
         distances=problem.distances[None],
         coverage_halfwidths=problem.coverage_halfwidths[None],

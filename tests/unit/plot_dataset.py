@@ -13,6 +13,7 @@ import xarray as xr
 
 STATES = ["angle", "distance", "velocity"]
 MEASUREMENTS = ["angle", "delay", "doppler"]
+MODES = ["omni", "directional", "pilot"]
 C = 299792458.0
 
 SCENARIO = """\
@@ -20,7 +21,6 @@ name = "{name}"
 schemes = ["temporal", "pilot"]
 [array]
 n_tx = {n_tx}
-n_rx = {n_tx}
 spacing = 0.5
 axis = "vertical"
 [radio]
@@ -88,12 +88,14 @@ def build_result(
         "measured_var": np.full((*shape, 3), np.nan),
         "beam": np.full((*shape, n_tx, 2), np.nan),
         "sinr": np.full(shape, np.nan),
+        "covered": np.full(shape, np.nan),
     }
     fallback = np.zeros((S, T, slots), dtype=bool)
     noise = rng.standard_normal((T, slots, K, 3))
     for s, scheme in enumerate(schemes):
         _fill(out, s, scheme, truth, noise, omni, n_tx, power)
     out["predicted_cov"] = 1.5 * out["estimated_cov"]
+    out["true_var"] = out["measured_var"].copy()
     out["radar_snr"] = 1e3 * out["sinr"]
     out["rate"] = np.log2(1 + out["sinr"])
     for s, scheme in enumerate(schemes):
@@ -102,12 +104,24 @@ def build_result(
     for values in out.values():
         values[np.broadcast_to(~present.reshape(1, *present.shape), shape)] = np.nan
     result = _label(out, truth, present, schemes, phases, time)
+    modes = np.array([MODES.index(str(one)) for one in phases.flat], dtype=np.int8)
+    modes = np.broadcast_to(modes.reshape(S, 1, slots), (S, T, slots))
+    result["mode"] = (("scheme", "trial", "slot"), modes.copy())
+    identity = np.where(present, np.arange(K), -1)
+    result["identity"] = (("trial", "slot", "object"), identity)
+    place = np.stack([x, np.zeros_like(x), np.zeros_like(x)], axis=-1)
+    place = np.where(present[..., None], place, np.nan)
+    result["position"] = (("trial", "slot", "object", "axis"), place)
+    uav = np.stack([0 * time, 0 * time, height - speed * time], axis=-1)
+    result["uav_position"] = (("slot", "axis"), uav)
+    result["uav_velocity"] = (("slot", "axis"), np.tile([0.0, 0.0, -speed], (slots, 1)))
     result["fallback"] = (("scheme", "trial", "slot"), fallback)
     result.attrs = {
         "scenario": SCENARIO.format(
             name=name, n_tx=n_tx, power=power, height=height, speed=speed,
             per_frame=per_frame, frames=max(1, slots // per_frame),
         ),
+        "names": [f"object {k + 1}" for k in range(K)],
         "seed": seed, "echobeam_version": "0", "created": "2024-01-01T00:00:00+00:00",
     }  # fmt: skip
     if with_bound:
@@ -152,6 +166,8 @@ def _fill(out, s, scheme, truth, noise, omni, n_tx, power):
             w = np.exp(1j * np.pi * m * np.sin(aim)[..., None]) * (m < active)
             w *= np.sqrt(power / max(K, 1) / active)
             out["beam"][s, :, n] = np.stack([w.real, w.imag], axis=-1)
+            if scheme not in ("genie", "water-filling"):
+                out["covered"][s, :, n] = 3.0 * std[0]
             a = np.exp(1j * np.pi * m * np.sin(truth[:, n, :, 0])[..., None])
             gain = np.abs((a.conj() * w).sum(axis=-1)) ** 2
         out["sinr"][s, :, n] = gain / d**2
@@ -167,6 +183,7 @@ def _label(out, truth, present, schemes, phases, time) -> xr.Dataset:
         "predicted": ("state",), "estimated": ("state",),
         "predicted_cov": ("state", "state_b"), "estimated_cov": ("state", "state_b"),
         "measured": ("measurement",), "measured_var": ("measurement",),
+        "true_var": ("measurement",), "covered": (),
         "beam": ("antenna", "part"), "sinr": (), "rate": (), "radar_snr": (),
     }  # fmt: skip
     variables = {name: ((*common, *last[name]), values) for name, values in out.items()}
@@ -181,6 +198,7 @@ def _label(out, truth, present, schemes, phases, time) -> xr.Dataset:
             "state": STATES,
             "measurement": MEASUREMENTS,
             "part": ["re", "im"],
+            "axis": ["x", "y", "z"],
             "phase": (("scheme", "slot"), phases),
         },
     )

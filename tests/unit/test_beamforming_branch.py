@@ -13,10 +13,10 @@ from echobeam.beamforming import conic
 from echobeam.beamforming.branch import certify
 from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.design import design_beams
-from echobeam.beamforming.objective import channel_loss, rates
+from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemError
 from echobeam.beamforming.recovery import keep_coverage
-from echobeam.physics.array import steering_vector
+from echobeam.physics.array import LinearArray
 
 DEG = np.pi / 180.0
 
@@ -42,8 +42,8 @@ def _exhaustive(problem: BeamProblem, steps: int) -> float:
     The SINRs that linear beams can reach are those of the uplink with the same sum power, where
     the best receiver of given powers is known: nothing but the powers is left to search.
     """
-    loss = channel_loss(problem.distances, problem.noise, problem.alpha0)
-    channels = steering_vector(problem.angles, problem.n_tx) / np.sqrt(loss)[:, None]
+    loss = problem.loss
+    channels = LinearArray(problem.n_tx).steering(problem.angles) / np.sqrt(loss)[:, None]
     shares = np.stack(np.meshgrid(*[np.linspace(0, 1, steps)] * (problem.n_objects - 1)), -1)
     shares = shares.reshape(-1, problem.n_objects - 1)
     shares = shares[shares.sum(axis=1) <= 1.0 + 1e-12]
@@ -91,7 +91,7 @@ def test_no_beams_found_by_random_search_beat_the_bound(seed: int) -> None:
     )
     answer = design_beams(problem, certify=True)
     assert answer.gap <= 1e-4
-    steering = steering_vector(problem.angles, problem.n_tx)
+    steering = LinearArray(problem.n_tx).steering(problem.angles)
     beams, best = steering, 0.0
     for count in range(300):
         step = rng.normal(size=(2, *beams.shape)) * 10 ** rng.uniform(-3, 0.5)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from echobeam.beamforming.coverage import coverage_grid, coverage_steps, sparse_cover
-from echobeam.beamforming.subspace import antenna_phase
+from echobeam.physics.array import LinearArray
 
 DEG = np.pi / 180.0
 
@@ -46,7 +46,7 @@ def test_batches_have_the_grids_of_their_members() -> None:
 
 def test_sparse_cover_keeps_ends_and_turning_point_and_leaves_no_wide_gap() -> None:
     grid, mask = coverage_grid(np.array([1.4]), np.array([0.5]), 0.1 * DEG)
-    phases = antenna_phase(grid)
+    phases = LinearArray(1).phase(grid)
     chosen = sparse_cover(phases, mask, 30)
     assert chosen[0, 0]
     assert chosen[0, -1]

@@ -8,6 +8,8 @@ from echobeam.beamforming.design import SOLVERS, design_batch, design_beams
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
 
+from ..problems import problem_batch
+
 DEG = np.pi / 180.0
 
 
@@ -115,7 +117,7 @@ def _batch(**changes: object) -> ProblemBatch:
         "noise": 1.0,
         "n_tx": 12,
     }
-    return ProblemBatch(**{**values, **changes})  # type: ignore[arg-type]
+    return problem_batch(**{**values, **changes})  # type: ignore[arg-type]
 
 
 def test_batch_gives_what_its_members_get_alone() -> None:
@@ -146,7 +148,7 @@ def test_equal_problems_of_a_batch_are_solved_once(monkeypatch: pytest.MonkeyPat
     assert len(calls) == 3
 
 
-@pytest.mark.parametrize("changes", [{"power": np.nan}, {"n_tx": 1}, {"noise": -1.0}])
+@pytest.mark.parametrize("changes", [{"power": np.nan}, {"n_tx": 1}, {"resolution": -1.0}])
 def test_what_the_direct_solver_cannot_take_never_reaches_it(changes: dict[str, float]) -> None:
     answers = design_batch(_batch(min_rate=np.zeros(2), **changes))
     refused = "n_tx" not in changes

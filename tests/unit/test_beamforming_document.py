@@ -49,7 +49,7 @@ def test_a_document_becomes_the_problem_in_radians() -> None:
     assert problem.ripple.tolist() == [3, 3]
     assert problem.min_rate.tolist() == [4e-4, 1e-4]
     assert (problem.power, problem.noise, problem.n_tx, problem.alpha0) == (1.0, 2.0, 8, 2.0)
-    assert (problem.spacing, problem.axis) == (0.4, "horizontal")
+    assert (problem.array.spacing, problem.array.axis) == (0.4, "horizontal")
     assert problem.resolution == pytest.approx(np.radians(0.2), rel=1e-15)
     assert problem.warm_start is not None
     assert problem.warm_start[1, 3] == 2 - 1j
@@ -59,7 +59,7 @@ def test_what_is_left_out_or_null_has_its_default() -> None:
     plain = read_problem(json.dumps(GOOD))
     null = read_problem(json.dumps({**GOOD, "alpha0": None, "warm_start_re": None}))
     for problem in (plain, null):
-        assert (problem.alpha0, problem.spacing, problem.axis) == (1.0, 0.5, "vertical")
+        assert (problem.alpha0, problem.array.spacing, problem.array.axis) == (1.0, 0.5, "vertical")
         assert problem.warm_start is None
         assert problem.resolution == pytest.approx(np.radians(0.1), rel=1e-15)
 

@@ -8,6 +8,7 @@ from echobeam.beamforming.model import build_model, flattened, model_gains, ripp
 from echobeam.beamforming.objective import beam_gains
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.recovery import keep_coverage, recover_beams
+from echobeam.physics.array import LinearArray
 
 DEG = np.pi / 180.0
 
@@ -39,7 +40,9 @@ def test_beams_have_the_gains_the_power_and_the_coverage_of_their_covariances(ra
     beams = recover_beams(problem, model, covariances)
     assert np.sum(np.abs(beams) ** 2) == pytest.approx(0.8 * 50.0, rel=1e-10)
     np.testing.assert_allclose(
-        beam_gains(beams, problem.angles), 50.0 * model_gains(model, covariances), rtol=1e-7
+        beam_gains(beams, problem.angles, LinearArray(beams.shape[-1])),
+        50.0 * model_gains(model, covariances),
+        rtol=1e-7,
     )
     assert violation(problem, beams).largest <= 1e-7
 

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from echobeam.beamforming.subspace import (
-    antenna_phase,
     beam_subspace,
     real_steering,
     to_beams,
     to_coordinates,
 )
-from echobeam.physics.array import steering_vector
+from echobeam.physics.array import LinearArray
 
 
 @pytest.mark.parametrize("n_tx", [1, 2, 3, 8, 31])
@@ -23,11 +22,11 @@ def test_real_coordinates_keep_every_pattern_and_power(n_tx: int) -> None:
     np.testing.assert_allclose(
         np.linalg.norm(coordinates, axis=1), np.linalg.norm(beams, axis=1), rtol=1e-14
     )
-    real = real_steering(antenna_phase(angles), n_tx)
+    real = real_steering(LinearArray(1).phase(angles), n_tx)
     assert real.dtype == float
     np.testing.assert_allclose(
         np.abs(coordinates @ real.T),
-        np.abs(beams @ steering_vector(angles, n_tx).conj().T),
+        np.abs(beams @ LinearArray(n_tx).steering(angles).conj().T),
         atol=1e-12,
     )
     np.testing.assert_allclose(np.sum(real**2, axis=1), n_tx, rtol=1e-13)

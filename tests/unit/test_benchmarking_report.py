@@ -19,6 +19,8 @@ from echobeam.cli.bench import command
 from echobeam.faults import InputError
 from echobeam.values import ComplexArray
 
+from ..problems import problem_batch
+
 KEYS = [
     "case",
     "method",
@@ -34,7 +36,7 @@ KEYS = [
 
 def tiny_batch(n_objects: int = 1, count: int = 3, min_rate: float = 0.0) -> ProblemBatch:
     angles = np.radians(50.0 + 60.0 * np.arange(n_objects) + np.arange(count)[:, None])
-    return ProblemBatch(
+    return problem_batch(
         angles=angles,
         distances=100.0 / np.sin(angles),
         coverage_halfwidths=np.full(angles.shape, np.radians(2.0)),
@@ -72,9 +74,10 @@ def test_all_methods_reach_what_one_object_and_no_coverage_allow() -> None:
     """The matched beam: log2(1 + P_T N / (sigma^2 d^2)), known without any solver."""
     batch = tiny_batch()
     free = CaseProblems(
-        ProblemBatch(
-            **{name: getattr(batch, name) for name in ("angles", "distances", "active", "min_rate")}
+        problem_batch(
+            **{name: getattr(batch, name) for name in ("angles", "active", "min_rate")}
             | {"coverage_halfwidths": np.zeros((3, 1)), "ripple": np.full(1, 6.0)},
+            distances=np.sqrt(batch.loss),
             power=1e4,
             noise=1.0,
             n_tx=6,
@@ -82,7 +85,7 @@ def test_all_methods_reach_what_one_object_and_no_coverage_allow() -> None:
     )
     case = Case("free", "", lambda: free)
     result = run_case(case, find_methods(["fast", "fast-single", "sdp"], reference=False), 1)
-    best = np.log2(1.0 + 1e4 * 6 / batch.distances[:, 0] ** 2)
+    best = np.log2(1.0 + 1e4 * 6 / batch.loss[:, 0])
     for judged in result.judged:
         count = judged.objective.size
         assert np.allclose(judged.objective, best[:count], rtol=1e-6)
@@ -99,7 +102,7 @@ def test_violation_is_what_the_weights_say_whatever_the_method_says() -> None:
     judged = judge(batch, [beams], np.array([False]), np.array([np.nan]))
     assert judged.violation[0] == pytest.approx(max(0.5, excess), rel=1e-9)
     assert judged.objective[0] == pytest.approx(
-        np.log2(1.0 + gains[4] / batch.distances[0, 0] ** 2), rel=1e-12
+        np.log2(1.0 + gains[4] / batch.loss[0, 0]), rel=1e-12
     )
     assert np.isnan(judged.gap[0])
 
@@ -107,7 +110,7 @@ def test_violation_is_what_the_weights_say_whatever_the_method_says() -> None:
 def test_a_gap_is_relative_to_the_bound_that_is_given() -> None:
     batch = tiny_batch()
     beams = steering(batch.angles[0, 0])[None] * np.sqrt(1e4 / 6)
-    rate = np.log2(1.0 + 6e4 / batch.distances[0, 0] ** 2)
+    rate = np.log2(1.0 + 6e4 / batch.loss[0, 0])
     judged = judge(batch, [beams, None], np.zeros(2, dtype=bool), np.array([1.25 * rate, 1.0]))
     assert judged.gap[0] == pytest.approx(0.25)
     assert np.isnan(judged.gap[1])

@@ -1,10 +1,16 @@
 """Every scheme that is registered passes the kit, and the kit catches those that should not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from echobeam.schemes.base import SchemeError
+from echobeam.schemes.beamers import MatchedBeamer
+from echobeam.schemes.frames import ClockedFrame
+from echobeam.schemes.parts import SchemeOfParts
 from echobeam.schemes.registry import available
+from echobeam.schemes.trackers import ExtendedKalman
 from echobeam.testing import check_scheme
 from echobeam.testing.conformance import ConformanceError
 
@@ -21,9 +27,12 @@ def test_a_scheme_that_sees_the_future_is_caught(monkeypatch):
     seen = {}
     original = conformance.run_slots
 
-    def leaking(scenario, scheme, world):
-        seen["angle"] = world.motion.truth[:, -1, :, 0]
-        return original(scenario, scheme, world)
+    def leaking(world, scheme):
+        last = world
+        for _ in range(world.scene.scenario.n_slots - 1):
+            last = last.advance()
+        seen["angle"] = last.state[..., 0]
+        return original(world, scheme)
 
     monkeypatch.setattr(conformance, "run_slots", leaking)
 
@@ -33,6 +42,60 @@ def test_a_scheme_that_sees_the_future_is_caught(monkeypatch):
 
     with pytest.raises(ConformanceError, match="the truth bent after slot"):
         check_scheme(cheat)
+
+
+def test_a_scheme_that_reads_the_truth_out_of_variances_is_caught():
+    """var_tau / var_theta = xi^2 / kappa^2 is a function of cos^2(theta) alone."""
+
+    class Cheat:
+        def start(self, view):
+            return ExtendedKalman().start(view)
+
+        def predict(self, belief, view):
+            return ExtendedKalman().predict(belief, view)
+
+        def update(self, prior, detections, view):
+            honest = ExtendedKalman().update(prior, detections, view)
+            ratio = detections.variance[..., 1] / detections.variance[..., 0]
+            n, kappa = view.system.array.n_tx, view.system.law.bandwidth
+            with np.errstate(invalid="ignore"):
+                cosine = np.sqrt(ratio * kappa**2 * 12 / (np.pi**2 * (n**2 - 1)))
+                angle = np.arccos(np.clip(cosine, 0.0, 1.0))
+            mean = honest.state.mean.copy()
+            behind = mean[..., 0] > np.pi / 2
+            mean[..., 0] = np.where(
+                np.isfinite(angle), np.where(behind, np.pi - angle, angle), mean[..., 0]
+            )
+            return replace(honest, state=replace(honest.state, mean=mean))
+
+    cheat = SchemeOfParts("cheat", ClockedFrame(), Cheat(), MatchedBeamer(aim="last"))
+    with pytest.raises(ConformanceError, match="reads the truth out of the variances"):
+        check_scheme(cheat)
+
+
+def test_a_track_that_passes_to_another_object_is_caught():
+    """The mutant that never forgets when a column has a new occupant."""
+
+    class Faithful(ExtendedKalman):
+        def predict(self, belief, view):
+            return super().predict(replace(belief, id=view.roster), view)
+
+    keeps = SchemeOfParts("keeps", ClockedFrame(), Faithful(), MatchedBeamer())
+    with pytest.raises(ConformanceError, match="before the first detection"):
+        check_scheme(keeps)
+
+
+def test_beams_for_objects_that_left_are_caught_by_the_loop():
+    """A decision for more tracks than there are, or for one that is none."""
+
+    class Stubborn(SchemeOfParts):
+        def transmit(self, prior, view):
+            decision = super().transmit(prior, view)
+            return replace(decision, addressee=np.full_like(decision.addressee, 17))
+
+    stubborn = Stubborn("stubborn", ClockedFrame(), ExtendedKalman(), MatchedBeamer())
+    with pytest.raises(SchemeError, match="addresses a stream to 17 in slot 1"):
+        check_scheme(stubborn)
 
 
 def test_a_scheme_with_luck_of_its_own_is_caught():

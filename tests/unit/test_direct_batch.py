@@ -10,6 +10,8 @@ from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.direct import solve_batch
 from echobeam.beamforming.problem import ProblemBatch
 
+from ..problems import problem_batch
+
 
 def _batch(**changes: Any) -> ProblemBatch:
     values: dict[str, Any] = {
@@ -23,11 +25,11 @@ def _batch(**changes: Any) -> ProblemBatch:
         "noise": 1.0,
         "n_tx": 30,
     }
-    return ProblemBatch(**{**values, **changes})
+    return problem_batch(**{**values, **changes})
 
 
 def _alone(batch: ProblemBatch, trial: int) -> ProblemBatch:
-    names = ("angles", "distances", "coverage_halfwidths", "active")
+    names = ("angles", "loss", "coverage_halfwidths", "active")
     return replace(batch, **{name: getattr(batch, name)[[trial]] for name in names})
 
 
@@ -58,7 +60,7 @@ def test_beams_keep_every_constraint_on_the_full_grid(changes: dict[str, Any]) -
 def test_one_object_without_coverage_gets_the_matched_beam() -> None:
     batch = _batch(coverage_halfwidths=np.zeros((3, 2)), active=np.array([[True, False]] * 3))
     result = solve_batch(batch)
-    expected = np.log2(1.0 + 30.0 / batch.distances[:, 0] ** 2)
+    expected = np.log2(1.0 + 30.0 / batch.loss[:, 0])
     np.testing.assert_allclose(result.objective, expected, rtol=1e-8)
     assert not result.beams[:, 1].any()
 

@@ -17,6 +17,8 @@ from echobeam.beamforming.direct import solve_batch
 from echobeam.beamforming.fast import FEASIBLE
 from echobeam.beamforming.problem import ProblemBatch
 
+from ..problems import problem_batch
+
 pytest.importorskip("numba", reason="the compiled solver needs Numba: pip install 'echobeam[fast]'")
 
 
@@ -34,7 +36,7 @@ def _batch(seed: int, n_tx: int, count: int, trials: int = 6, **changes: Any) ->
         "noise": 1.0,
         "n_tx": n_tx,
     }
-    return ProblemBatch(**{**values, **changes})
+    return problem_batch(**{**values, **changes})
 
 
 CASES = {

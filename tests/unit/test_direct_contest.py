@@ -10,12 +10,14 @@ from echobeam.beamforming.direct import contest, solve_batch
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import ProblemBatch
 
+from ..problems import problem_batch
+
 CLOSE = np.array([60.0, 62.5, 66.0, 69.0, 74.0])
 
 
 def _batch(angles: np.ndarray, n_tx: int, power: float) -> ProblemBatch:
     count = angles.size
-    return ProblemBatch(
+    return problem_batch(
         angles=np.radians(angles)[np.newaxis],
         distances=np.linspace(110.0, 180.0, count)[np.newaxis],
         coverage_halfwidths=np.full((1, count), np.radians(0.5)),

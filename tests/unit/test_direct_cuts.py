@@ -6,7 +6,7 @@ from echobeam.beamforming.direct import cuts
 from echobeam.beamforming.direct.barrier import Shapes
 from echobeam.beamforming.direct.beams import BeamSet, beam_set, cover_phases
 from echobeam.beamforming.direct.chirp import start_shapes
-from echobeam.physics.array import steering_vector
+from echobeam.physics.array import LinearArray
 
 ANGLES = np.radians([[75.0, 130.0]])
 HALFWIDTHS = np.radians([[6.0, 4.0]])
@@ -15,13 +15,13 @@ N_TX, RIPPLE = 24, 2.0
 
 
 def _beams() -> tuple[BeamSet, Shapes]:
-    phases, mask = cover_phases(ANGLES, HALFWIDTHS, RESOLUTION, 0.5, "vertical")
+    phases, mask = cover_phases(ANGLES, HALFWIDTHS, RESOLUTION, LinearArray(1))
     beams = beam_set(phases, mask, N_TX, np.full((1, 2), RIPPLE), 7)
     return beams, start_shapes(beams, 0.6)
 
 
 def _pattern(weights: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    return np.asarray(np.abs(np.conj(steering_vector(angles, N_TX)) @ weights) ** 2)
+    return np.asarray(np.abs(np.conj(LinearArray(N_TX).steering(angles)) @ weights) ** 2)
 
 
 def test_grid_excess_is_that_of_the_steering_vectors() -> None:

@@ -106,7 +106,7 @@ def filtered(believed: float, trials: int, slots: int = 20) -> tuple[np.ndarray,
         wide = np.broadcast_to(variance, innovation.shape)
         rows = np.broadcast_to(H, (trials, 2, 3))
         surprises.append(nis(innovation, P, rows, wide, angles=()).mean())
-        mean, P = update(mean, P, innovation, rows, wide)
+        mean, P = update(mean, P, innovation, rows, wide)[:2]
         errors.append(nees(mean - truth, P, angles=()).mean())
     return np.array(errors), np.array(surprises)
 

@@ -7,16 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from echobeam.physics.array import steering_vector
-from echobeam.physics.bounds import (
-    effective_variance,
-    measurement_variance,
-    square_aperture,
-    transmit_aperture,
-)
-from echobeam.physics.echo import illumination
+from echobeam.physics.array import LinearArray
+from echobeam.physics.bounds import effective_variance
 from echobeam.physics.transmission import directional, omni
 from echobeam.values import Transmission
+
+from ..forms import illumination, measurement_variance, square_aperture, transmit_aperture
 
 BANDWIDTH, PULSE = 80e6, 1e-5
 RADAR = {"bandwidth": BANDWIDTH, "pulse_length": PULSE}
@@ -83,7 +79,7 @@ def random_transmission(seed, k, n):
 
 
 def single_beam(theta, n):
-    return directional(steering_vector(np.array([theta]), n) / math.sqrt(n))
+    return directional(LinearArray(n).steering(np.array([theta])) / math.sqrt(n))
 
 
 OMNI = {k: omni(np.ones(k, dtype=bool), 1.0, 30) for k in (0, 1, 2, 30, 45)}

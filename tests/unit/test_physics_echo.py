@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.physics.array import steering_vector
-from echobeam.physics.echo import echo_snr, illumination, reflection_coefficient
+from echobeam.physics.array import LinearArray
+from echobeam.physics.echo import reflection_coefficient
 from echobeam.physics.transmission import directional, omni, radiated_power
 from echobeam.values import Transmission
+
+from ..forms import echo_snr, illumination
 
 RADAR = {"rcs": 120 + 120j, "gain": 10.0, "noise": 1.0}
 
@@ -25,7 +27,7 @@ def test_snr_agrees_with_the_explicit_covariance(axis):
     beams = rng.normal(size=(3, 5)) + 1j * rng.normal(size=(3, 5))
     sent = Transmission(beams, rng.random((3, 5)), rng.random(5))
     c = beams.T @ beams.conj() + np.diag(sent.antenna_power.sum(axis=0) + sent.probing)
-    a = steering_vector(theta, 5, 0.4, axis)
+    a = LinearArray(5, 0.4, axis).steering(theta)
     expected = [
         10.0 * abs((120 + 120j) / d[k] ** 2) ** 2 * (a[k].conj() @ c @ a[k]).real for k in range(3)
     ]
@@ -52,14 +54,14 @@ def test_directional_slots_are_eq_16_and_at_most_the_array_gain():
     rng = np.random.default_rng(7)
     beams = rng.normal(size=(50, 2, 8)) + 1j * rng.normal(size=(50, 2, 8))
     theta, d = rng.uniform(0.1, 3.0, (50, 2)), rng.uniform(50, 150, (50, 2))
-    a = steering_vector(theta, 8)
+    a = LinearArray(8).steering(theta)
     eq_16 = (
         10 * 28800 / d**4 * np.sum(np.abs(np.einsum("tkm,tim->tki", a.conj(), beams)) ** 2, axis=-1)
     )
     sent = directional(beams)
     np.testing.assert_allclose(echo_snr(sent, theta, d, **RADAR), eq_16, rtol=1e-12)
     assert np.all(illumination(sent, theta) <= 8 * radiated_power(sent)[:, None] * (1 + 1e-12))
-    matched = directional(steering_vector(theta[:, :1], 8))
+    matched = directional(LinearArray(8).steering(theta[:, :1]))
     np.testing.assert_allclose(illumination(matched, theta[:, :1]), 8.0 * 8.0, rtol=1e-12)
 
 

@@ -7,9 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from echobeam.physics.link import channel, rate, sinr, stream_gains
+from echobeam.physics.link import rate
 from echobeam.physics.transmission import directional, omni
 from echobeam.values import Transmission
+
+from ..forms import channel, sinr, stream_gains
 
 
 def random_transmission(rng, k, n):

@@ -30,7 +30,7 @@ def drawn(tmp_path):
         study = study_in(tmp_path / "b", points, 0)
         run_study(study)
         outcomes = [
-            Outcome(point, study.digest_of(i), study.kept(i) if point.keep else {})
+            Outcome(point, study.statistics_of(i), study.kept(i) if point.keep else {})
             for i, point in enumerate(points)
         ]
         results = Results(outcomes, TRIALS, 0)

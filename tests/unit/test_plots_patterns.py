@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from echobeam.physics.array import LinearArray
 from echobeam.plots import PlotError, patterns
-from echobeam.plots.beams import beam_gain, believed_angles, coverage_halfwidths, read_beams
+from echobeam.plots.beams import beam_gain, believed_angles, read_beams
 
 from .plot_dataset import build_result
 
@@ -36,16 +37,18 @@ def test_a_matched_beam_has_the_dirichlet_kernel_for_its_pattern():
     kernel = np.ones_like(half) * n
     far = np.abs(np.sin(half)) > 1e-9
     kernel[far] = np.sin(n * half[far]) ** 2 / np.sin(half[far]) ** 2 / n
-    np.testing.assert_allclose(beam_gain(w, theta, 0.5, "vertical"), kernel, atol=1e-9)
+    np.testing.assert_allclose(
+        beam_gain(w, theta, LinearArray(w.size, axis="vertical")), kernel, atol=1e-9
+    )
 
 
 def test_a_vertical_array_has_a_mirror_lobe_and_a_horizontal_one_has_not():
     rng = np.random.default_rng(1)
     w = rng.standard_normal(8) + 1j * rng.standard_normal(8)
     theta = np.deg2rad(np.array([20.0, 160.0]))
-    here, mirrored = beam_gain(w, theta, 0.5, "vertical")
+    here, mirrored = beam_gain(w, theta, LinearArray(w.size, axis="vertical"))
     assert here == pytest.approx(mirrored, rel=1e-12)
-    here, mirrored = beam_gain(w, theta, 0.5, "horizontal")
+    here, mirrored = beam_gain(w, theta, LinearArray(w.size, axis="horizontal"))
     assert here != pytest.approx(mirrored, rel=1e-3)
 
 
@@ -54,7 +57,7 @@ def test_the_mean_gain_over_all_directions_is_the_beams_power():
     rng = np.random.default_rng(2)
     w = rng.standard_normal(9) + 1j * rng.standard_normal(9)
     u = -1 + 2 * np.arange(64) / 64
-    gain = beam_gain(w, np.arccos(u), 0.5, "horizontal")
+    gain = beam_gain(w, np.arccos(u), LinearArray(w.size, axis="horizontal"))
     assert gain.mean() == pytest.approx(np.sum(np.abs(w) ** 2), rel=1e-12)
 
 
@@ -88,43 +91,34 @@ def test_vertical_lines_are_at_the_true_and_the_predicted_angle():
     np.testing.assert_allclose(verticals_of(axes), expected)
 
 
-def test_the_band_is_the_prediction_with_three_sigma_of_the_last_measurement():
+@pytest.mark.parametrize(("centre", "slot"), [("predicted", 6), ("previous", 5)])
+def test_the_band_is_what_the_beam_was_designed_to_cover(centre, slot):
     result = build_result()
-    last = {"scheme": "temporal", "slot": 5, "measurement": "angle"}
-    result["measured_var"].loc[last] = np.deg2rad(2.0) ** 2
+    result.attrs["scenario"] += f'centre = "{centre}"\n'
+    result["covered"].loc[{"scheme": "temporal", "slot": 6}] = np.deg2rad(6.0)
     axes = panels_of(patterns.draw(result))["slot 6"]
-    at = {"scheme": "temporal", "slot": 6, "state": "angle"}
-    predicted = np.rad2deg(result["predicted"].sel(at).isel(trial=0))
+    variable = "predicted" if centre == "predicted" else "estimated"
+    at = {"scheme": "temporal", "slot": slot, "state": "angle"}
+    around = np.rad2deg(result[variable].sel(at).isel(trial=0))
     for k, (low, high) in enumerate(spans_of(axes)):
-        np.testing.assert_allclose([low, high], [predicted[k] - 6.0, predicted[k] + 6.0])
+        np.testing.assert_allclose([low, high], [around[k] - 6.0, around[k] + 6.0])
 
 
-def test_a_band_stays_between_0_and_180_degrees_and_within_the_widest_coverage():
+def test_a_band_stays_between_0_and_180_degrees():
     result = build_result(angles=(12.0,), velocities=(0.0,), slots=2)
-    result["measured_var"].values[..., 0] = np.deg2rad(30.0) ** 2
-    ((low, high),) = spans_of(panels_of(patterns.draw(result))["slot 2"])
+    result["covered"].values[...] = np.deg2rad(90.0)
+    ((low, _),) = spans_of(panels_of(patterns.draw(result))["slot 2"])
     assert low == 0.0
-    assert high < 12.0 + 4 * 4.0 + 90.0
-    text = result.attrs["scenario"]
-    result.attrs["scenario"] = text + 'max_halfwidth = "20 deg"\n'
-    run = read_beams(result, "temporal", 0)
-    ((low, high),) = spans_of(panels_of(patterns.draw(result))["slot 2"])
-    assert high == pytest.approx(np.rad2deg(run.predicted[1, 0]) + 20.0)
 
 
-def test_the_pilots_coverage_is_that_of_its_pilot_slot():
+def test_a_beam_without_a_design_covers_nothing():
+    result = build_result(schemes=("water-filling",))
+    assert not spans_of(panels_of(patterns.draw(result))["slot 6"])
+
+
+def test_the_pilots_coverage_is_around_its_held_estimate():
     run = read_beams(build_result(), "pilot", 0)
-    assert np.isinf(run.angle_var[1:]).all()
-    covered = coverage_halfwidths(run, 7, 3.0, np.pi)
-    np.testing.assert_allclose(covered, 3.0 * np.sqrt(run.angle_var[0]))
     np.testing.assert_array_equal(believed_angles(run, 7), run.estimated[6])
-
-
-def test_an_object_that_left_takes_its_uncertainty_with_it():
-    run = read_beams(build_result(coming_and_going=True), "temporal", 0)
-    gone = np.flatnonzero(~run.present[:, 0])[0]
-    assert np.isfinite(coverage_halfwidths(run, gone, 3.0, np.pi)[0])
-    assert np.isnan(coverage_halfwidths(run, gone + 1, 3.0, np.pi)[0])
 
 
 def test_default_slots_are_those_of_the_papers_figure():

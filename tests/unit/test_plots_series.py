@@ -30,7 +30,7 @@ def plain_rmse(result, component, scheme, slot):
 
 def test_sum_rate_adds_the_objects_and_skips_absent_ones():
     result = build_result(trials=3, coming_and_going=True)
-    rates = series.sum_rate(result)
+    rates = series.sum_rates(result)
     expected = result["rate"].fillna(0.0).sum("object").transpose("scheme", "trial", "slot")
     np.testing.assert_allclose(rates, expected, rtol=1e-14)
     assert np.isfinite(rates).all()

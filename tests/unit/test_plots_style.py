@@ -95,9 +95,14 @@ def test_importing_echobeam_does_not_import_matplotlib():
 def test_a_setting_is_read_with_units():
     setting = read_setting(build_result(height=80.0, speed=8.0, power=7.5, trials=4))
     assert (setting.name, setting.trials, setting.n_tx) == ("paper-multi", 4, 30)
-    assert (setting.height, setting.speed, setting.power, setting.slot) == (80.0, 8.0, 7.5, 0.01)
-    assert setting.heading == pytest.approx(-np.pi / 2)
-    assert (setting.spacing, setting.axis, setting.width) == (0.5, "vertical", 3.0)
+    assert (setting.height, setting.power, setting.slot) == (80.0, 7.5, 0.01)
+    assert (setting.array.spacing, setting.array.axis, setting.width) == (0.5, "vertical", 3.0)
+    assert setting.centre == "predicted"
+
+
+def test_a_setting_for_one_scheme_has_its_own_coverage():
+    setting = read_setting(build_result(), "temporal:width=2,centre=previous")
+    assert (setting.width, setting.centre) == (2.0, "previous")
 
 
 @pytest.mark.parametrize("text", ["", "not = = toml", "uav = 3", '[uav]\nheight = "tall"'])

@@ -7,21 +7,21 @@ import pytest
 from matplotlib.patches import Ellipse
 from scipy import stats
 
-from echobeam.physics.position import offset, offset_cov
+from echobeam.physics.geometry import offset, offset_cov
 from echobeam.plots import trajectories
 from echobeam.plots.cones import chosen_slots
 from echobeam.plots.ground import occupants, read_scene
-from echobeam.plots.setting import read_scenario, read_setting
-from echobeam.tracking.filter import predict_steps
-from echobeam.values import GaussianState, UavMotion
+from echobeam.plots.setting import read_scenario
+from echobeam.values import GaussianState
 
+from ..forms import flying, predict
 from .plot_dataset import build_result
 
 TIME = 0.01 * np.arange(10)
 
 
 def scene_of(result, scheme="temporal", trial=0):
-    return read_scene(result, scheme, trial, read_setting(result))
+    return read_scene(result, scheme, trial)
 
 
 def arrows_of(axes):
@@ -37,22 +37,15 @@ def test_true_positions_are_on_the_ground_where_the_kinematics_put_them():
         np.testing.assert_allclose(scene.true[:, k, 1], 0.0, atol=1e-9)
 
 
-def test_the_uav_descends_and_levels_off():
-    scene = scene_of(build_result())
+def test_the_uav_is_where_the_record_says():
+    result = build_result()
+    scene = scene_of(result)
     np.testing.assert_allclose(scene.uav[:, 0], 0.0, atol=1e-12)
     np.testing.assert_allclose(scene.uav[:, 1], 100.0 - 15.0 * TIME)
-    result = build_result(height=1.2, speed=15.0, slots=5)
-    result.attrs["scenario"] = result.attrs["scenario"].replace("[frame]", "floor = 1\n[frame]")
-    np.testing.assert_allclose(scene_of(result).uav[:, 1], [1.2, 1.05, 1.0, 1.0, 1.0])
-
-
-def test_a_uav_that_flies_along_the_road_takes_the_objects_positions_along():
-    result = build_result()
-    text = result.attrs["scenario"]
-    result.attrs["scenario"] = text.replace('heading = "-90 deg"', 'heading = "0 deg"')
-    moved, still = scene_of(result), scene_of(build_result())
-    np.testing.assert_allclose(moved.uav[:, 0], 15.0 * TIME, atol=1e-12)
-    shift = moved.true[..., 0] - still.true[..., 0]
+    result["uav_position"].loc[{"axis": "x"}] = 15.0 * TIME
+    moved = scene_of(result)
+    np.testing.assert_allclose(moved.uav[:, 0], 15.0 * TIME)
+    shift = moved.estimated[..., 0] - scene.estimated[..., 0]
     np.testing.assert_allclose(shift, np.broadcast_to(15.0 * TIME[:, None], (10, 2)), atol=1e-9)
 
 
@@ -152,21 +145,11 @@ def test_stretches_end_where_an_object_leaves():
 
 
 def test_stretches_end_where_another_vehicle_takes_the_column():
-    time = 0.1 * np.arange(8)
-    x = np.where(np.arange(8) < 3, 50.0 + 20.0 * time, -80.0 + 20.0 * time)
-    way = np.stack([x, np.zeros(8)], axis=-1)
-    assert occupants(way, np.full(8, 20.0), time) == [slice(0, 3), slice(3, 8)]
-
-
-def test_braking_hard_does_not_end_a_stretch():
-    time = 0.1 * np.arange(20)
-    velocity = np.maximum(30.0 - 9.0 * time, 0.0)
-    x = np.cumsum(velocity) * 0.1
-    assert occupants(np.stack([x, 0 * x], axis=-1), velocity, time) == [slice(0, 20)]
+    assert occupants(np.array([4, 4, 4, 7, 7, -1, 7])) == [slice(0, 3), slice(3, 5), slice(6, 7)]
 
 
 def test_a_column_without_anybody_has_no_stretch():
-    assert occupants(np.full((4, 2), np.nan), np.full(4, np.nan), 0.1 * np.arange(4)) == []
+    assert occupants(np.full(4, -1)) == []
 
 
 @pytest.mark.parametrize("objects", [1, 2, 3, 4, 7])
@@ -178,7 +161,7 @@ def test_close_ups_are_made_of_up_to_four_objects(objects):
 
 def test_close_ups_are_of_those_who_stay_longest():
     result = build_result(angles=(40.0, 60, 80, 100, 120), velocities=(9.0,) * 5, trials=1)
-    result["present"][:, 4:, 1] = False
+    result["identity"][:, 4:, 1] = -1
     titles = [axes.get_title() for axes in trajectories.draw(result).axes[1:]]
     assert titles == 2 * ["object 1", "object 3", "object 4", "object 5"]
 
@@ -202,10 +185,11 @@ def test_forecasts_are_drawn_from_the_middle_of_a_short_stay_along_the_road():
         one["estimated"].values[None], one["estimated_cov"].values[None], np.array([True])
     )
     std = [scenario.filter.angle_std, scenario.filter.distance_std, scenario.filter.velocity_std]
-    steps = predict_steps(state, [UavMotion(15.0, -np.pi / 2)] * 4, 0.01, np.array(std))
-    theta, d = steps[-1].mean[0, :2]
+    for _ in range(4):
+        state = predict(state, flying(15.0, -np.pi / 2), 0.01, std)
+    theta, d = state.mean[0, :2]
     gradient = np.array([-d * np.sin(theta), np.cos(theta)])
-    sigma = np.sqrt(gradient @ steps[-1].cov[0, :2, :2] @ gradient)
+    sigma = np.sqrt(gradient @ state.cov[0, :2, :2] @ gradient)
     true, way, _ = road.get_lines()
     np.testing.assert_array_equal(way.get_xdata(), [6, 7, 8, 9, 10])
     assert way.get_ydata()[-1] == pytest.approx(d * np.cos(theta))

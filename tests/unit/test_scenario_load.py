@@ -1,4 +1,5 @@
 import math
+import pickle
 import tomllib
 
 import pytest
@@ -12,7 +13,11 @@ from echobeam.scenario import (
     validate,
     with_trace,
 )
+from echobeam.scenario.load import override_table
 from echobeam.scenario.model import Scenario
+
+FOLLOWING = {"array": {"n_rx"}, "truth": {"angle_std", "distance_std", "velocity_std"}}
+"""Keys that follow others unless they are given."""
 
 PAPER = [name for name in BUILT_IN if name.startswith("paper")]
 
@@ -28,17 +33,18 @@ def test_a_preset_is_complete(name):
     """Every key is written out, so that the printed file shows all that can be edited."""
     document = tomllib.loads(preset_text(name))
     for table, field in Scenario.model_fields.items():
-        if table in ("trace", "objects"):
+        if table in ("trace", "objects", "scheme_parameters"):
             continue
         assert table in document, table
-        keys = getattr(field.annotation, "model_fields", {})
-        assert set(keys) == set(document[table] if keys else ()), table
+        keys = set(getattr(field.annotation, "model_fields", {}))
+        follows = keys & FOLLOWING.get(table, set())
+        assert keys - follows == set(document[table] if keys else ()), table
 
 
 @pytest.mark.parametrize("name", PAPER)
 def test_a_preset_takes_the_papers_table_of_parameters(name):
     scenario = load_scenario(name)
-    assert (scenario.array.n_tx, scenario.array.n_rx, scenario.array.spacing) == (30, 30, 0.5)
+    assert (scenario.array.n_tx, scenario.array.receivers, scenario.array.spacing) == (30, 30, 0.5)
     assert scenario.radar.bandwidth == 80e6
     assert scenario.radar.pulse_length == pytest.approx(0.01e-3)
     assert (scenario.radar.gain, scenario.radar.rcs) == (10, (120, 120))
@@ -62,7 +68,7 @@ def test_all_faults_are_reported_together_with_file_key_value_and_what_is_accept
     file = tmp_path / "bad.toml"
     text = preset_text("paper-multi")
     text = text.replace("n_tx = 30", "n_tx = -3").replace('"100 m"', '"100 kg"')
-    file.write_text(text.replace("ripple = 3", "riple = 3"))
+    file.write_text(text.replace("\nripple =", "\nriple ="))
     with pytest.raises(ScenarioError) as caught:
         load_scenario(file, {"objects.9.angle": 1.0})
     message = str(caught.value)
@@ -85,6 +91,20 @@ def test_all_faults_are_reported_together_with_file_key_value_and_what_is_accept
         ("radio.power=inf", "not finite"),
         ("radio.power=0", "greater than 0"),
         ("radio.power=1 W", "unknown unit"),
+        ("radio.power=30 dBm", "'30 dBm' is a level in decibels; powers and gains are linear here"),
+        ("uav.height=100,5 m", "'100,5 m' is no number; decimals take a point"),
+        ("uav.floor=200 m", "uav.floor: 200 m is above uav.height, 100 m"),
+        (
+            "name=../elsewhere",
+            "name: '../elsewhere' is not accepted; expected a name without a slash",
+        ),
+        ("name=..", "without a slash"),
+        ("radar.variance=guessed", "'predicted' or 'known'"),
+        ("coverage.centre=here", "'predicted' or 'previous'"),
+        ("truth.angle_std=-1 deg", "greater than or equal to 0"),
+        ("schemes.temporal=3", "expected a table of the scheme's parameters"),
+        ("schemes.nobody.ripple=1", "there is no such scheme in schemes; it has temporal, pilot"),
+        ("scheme_parameters={}", "scheme_parameters: unknown key"),
         ("radar.crb=maybe", "'paper' or 'exact'"),
         ("coverage.ripple=-1", "negative"),
         ("coverage.ripple=-1 N_t", "negative"),
@@ -122,6 +142,88 @@ def test_ripple_may_follow_the_array():
     scenario = load_scenario("paper-multi", ["coverage.ripple=0.1 N_t", "array.n_tx=64"])
     assert scenario.ripple == pytest.approx(6.4)
     assert load_scenario("paper-multi").ripple == 3
+
+
+def test_the_receivers_follow_the_transmitters_unless_they_are_given():
+    assert load_scenario("paper-multi", ["array.n_tx=64"]).array.receivers == 64
+    given = load_scenario("paper-multi", ["array.n_tx=64", "array.n_rx=16"])
+    assert given.array.receivers == 16
+    again = load_scenario("paper-multi", ["array.n_tx=20"]).replace({"array.n_tx": 40})
+    assert (again.array.receivers, again.ripple) == (40, 4.0)
+
+
+def test_natures_noise_is_the_filters_unless_it_has_its_own():
+    scenario = load_scenario("paper-multi", ["truth.distance_std=1 m"])
+    assert scenario.truth_stds == (scenario.filter.angle_std, 1.0, 0.5)
+
+
+def test_schemes_may_be_tables_of_their_parameters(tmp_path):
+    file = tmp_path / "mine.toml"
+    text = preset_text("paper-multi")
+    listed = next(line for line in text.splitlines() if line.startswith("schemes = "))
+    tables = '[schemes.pilot]\n[schemes.temporal]\nripple = 1\nvelocity_std = "2 m/s"\n'
+    file.write_text(text.replace(listed, "") + tables)
+    scenario = load_scenario(file)
+    assert scenario.schemes == ("pilot", "temporal")
+    parameters = {"pilot": {}, "temporal": {"ripple": 1, "velocity_std": "2 m/s"}}
+    assert scenario.scheme_parameters == parameters
+    assert validate(tomllib.loads(scenario.to_toml()), "dumped") == scenario
+    same = load_scenario(
+        "paper-multi",
+        ["schemes=['pilot', 'temporal']", "schemes.temporal.ripple=1",
+         "schemes.temporal.velocity_std=2 m/s"],
+    )  # fmt: skip
+    assert same.scheme_parameters == parameters
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_replaced_scenario_is_the_overridden_one(name):
+    changes = {"uav.height": "80 m", "array.n_tx": 16, "coverage.ripple": "0.2 N_t"}
+    assert load_scenario(name).replace(changes) == load_scenario(name, changes)
+    assert load_scenario(load_scenario(name), changes) == load_scenario(name, changes)
+    assert load_scenario(name).replace({}) == load_scenario(name)
+
+
+def test_what_replaces_is_validated_like_a_file():
+    scenario = load_scenario("paper-multi")
+    with pytest.raises(ScenarioError, match="2 faults"):
+        scenario.replace({"uav.height": "-5 m", "coverage.riple": 1})
+    with pytest.raises(ValueError, match="greater than 0"):
+        scenario.model_copy(update={"uav": {"height": -5.0}})
+    assert scenario.model_copy(update={"name": "other"}).name == "other"
+    assert scenario.model_copy() == scenario
+
+
+def test_a_scenario_travels_to_other_processes():
+    scenario = load_scenario("paper-multi", ["schemes.temporal.ripple=1"])
+    assert pickle.loads(pickle.dumps(scenario)) == scenario
+
+
+def test_a_scenario_introduces_itself_in_a_line():
+    text = repr(load_scenario("paper-multi"))
+    assert text == str(load_scenario("paper-multi"))
+    assert text.startswith("<Scenario paper-multi: 2 object(s), 30 antennas, 10 slots")
+    assert "\n" not in text
+
+
+def test_a_file_from_a_windows_editor_is_read(tmp_path):
+    file = tmp_path / "bom.toml"
+    file.write_bytes(b"\xef\xbb\xbf" + preset_text("paper-single").encode())
+    assert load_scenario(file) == load_scenario("paper-single")
+
+
+def test_keys_of_a_table_are_replaced_with_the_files_own_care():
+    coverage = load_scenario("paper-multi").coverage
+    changed = override_table(coverage, {"ripple": "0.5 N_t", "resolution": "1 deg"}, "scheme x")
+    assert (changed.ripple, changed.width) == ("0.5 N_t", coverage.width)
+    assert changed.resolution == pytest.approx(math.radians(1))
+    assert override_table(coverage, {}, "scheme x") is coverage
+    with pytest.raises(ScenarioError) as caught:
+        override_table(coverage, {"ripple": -1, "wdth": 2}, "scheme x")
+    message = str(caught.value)
+    assert message.startswith("scheme x: 2 faults")
+    assert "ripple: -1.0 is negative" in message
+    assert "wdth: unknown key; did you mean 'width'? accepted here: width, ripple" in message
 
 
 def test_no_objects_is_a_scenario():

@@ -1,4 +1,4 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ import echobeam as eb
 from echobeam.schemes.base import SchemeError
 from echobeam.schemes.doors import as_scheme, scheme
 from echobeam.schemes.registry import available, find_scheme
-from echobeam.schemes.water_filling import WaterFilling
+from echobeam.schemes.water_filling import WATER_FILLING
 from echobeam.testing.conformance import small_scenario
 
 SOURCE = """
@@ -73,7 +73,10 @@ def test_unserved_objects_have_rate_zero(file):
     ("name", "word"),
     [
         ("loud", "radiates"),
-        ("raising", "raised KeyError in slot 2: 'no such thing'"),
+        (
+            "raising",
+            r"raised KeyError in transmit of slot 2 \(.*mine.py, line 22\): 'no such thing'",
+        ),
         ("shapeless", r"expected \(..., K, n_tx\)"),
     ],
 )
@@ -112,23 +115,29 @@ import sys
 from dataclasses import dataclass
 import numpy as np
 import echobeam as eb
-from echobeam.schemes.water_filling import WaterFilling
+from echobeam.schemes.frames import ClockedFrame
+from echobeam.schemes.trackers import ExtendedKalman
+from echobeam.schemes.beamers import MatchedBeamer
 
-class Raising(WaterFilling):
-    name = "raising"
-    def update(self, prior, measurement, view):
+def scheme_of(name, frame=ClockedFrame(), tracker=ExtendedKalman()):
+    return eb.SchemeOfParts(name, frame, tracker, MatchedBeamer())
+
+class Raising(ExtendedKalman):
+    def update(self, prior, detections, view):
         raise KeyError("gone")
 
-class Writing(WaterFilling):
-    name = "writing"
-    def update(self, prior, measurement, view):
-        measurement.value[...] = 7
+class Writing(ExtendedKalman):
+    def update(self, prior, detections, view):
+        detections.value[...] = 7
         return prior
 
-class Unphased(WaterFilling):
-    name = "unphased"
-    def phase(self, slot_in_frame):
-        return "Omni"
+class Trackless(ExtendedKalman):
+    def predict(self, belief, view):
+        return 7
+
+class Unphased(ClockedFrame):
+    def mode(self, tracks, view):
+        return np.full(view.n_trials, 9, dtype=np.int8)
 
 def leaving(prior, view):
     sys.exit(5)
@@ -150,10 +159,11 @@ half = Parametrised(0.1)
 @pytest.mark.parametrize(
     ("name", "word"),
     [
-        ("Raising()", "raised KeyError in update of slot 1"),
-        ("Writing()", "raised ValueError in update.*read-only"),
-        ("Unphased()", "gives phase 'Omni'"),
-        ("leaving", "raised SystemExit in slot 2: 5"),
+        ("scheme_of('r', tracker=Raising())", r"raised KeyError in update of slot 1 \(.*line 15\)"),
+        ("scheme_of('w', tracker=Writing())", "raised ValueError in update.*read-only"),
+        ("scheme_of('t', tracker=Trackless())", "belief of type int from predict.*no tracks"),
+        ("scheme_of('u', frame=Unphased())", r"gives mode 9 in slot 1; expected 0 \(omni\)"),
+        ("leaving", r"raised SystemExit in transmit of slot 2 \(.*\): 5"),
         ("silent", "returned nothing in slot 2"),
     ],
 )
@@ -185,7 +195,7 @@ def test_an_object_with_parameters_is_a_scheme():
 
 
 def test_a_whole_scheme_is_taken_as_it_is():
-    whole = WaterFilling(name="mine")
+    whole = replace(WATER_FILLING, name="mine")
     assert as_scheme(whole) is whole
 
 

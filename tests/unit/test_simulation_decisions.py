@@ -1,4 +1,4 @@
-"""Times of decisions: what is measured, what it comes to, and where it must not appear."""
+"""Decision times: measurement, statistics, and where they must not appear."""
 
 import itertools
 from dataclasses import replace
@@ -8,10 +8,11 @@ import pytest
 
 import echobeam as eb
 from echobeam.faults import RunError
+from echobeam.schemes.configure import configure_all
 from echobeam.simulation import decisions, loop
 from echobeam.simulation.blocks import run_block
 from echobeam.simulation.decisions import SECONDS, decision_times
-from echobeam.simulation.run import resolve_schemes
+from echobeam.simulation.scene import scene_of
 from echobeam.store.block_files import BlockFiles
 from echobeam.store.recorded import Recording, record
 from echobeam.sweeps.grid import Grid, Varied
@@ -19,6 +20,7 @@ from echobeam.sweeps.points import run_study, study_in
 from echobeam.sweeps.recorded import Sweep, record_sweep
 
 SCENARIO = eb.load_scenario("paper-single")
+SCENE = scene_of(SCENARIO)
 LIGHT = ("water-filling", "omni")
 
 
@@ -27,10 +29,11 @@ def clock(monkeypatch):
     """A clock on which every decision takes 3 s."""
     ticks = itertools.count(0.0, 3.0)
     monkeypatch.setattr(loop, "perf_counter", lambda: next(ticks))
+    monkeypatch.setattr(decisions, "_decided", {*LIGHT, "temporal"})
 
 
 def test_a_blocks_time_is_shared_by_its_trials_and_omni_slots_have_none(clock):
-    block = run_block(SCENARIO, resolve_schemes(SCENARIO, LIGHT), 0, range(12))
+    block = run_block(SCENE, configure_all(SCENARIO, LIGHT), 0, range(12))
     water_filling, omni = block.arrays[SECONDS]
     np.testing.assert_array_equal(water_filling, [np.nan] + [3.0 / 12.0] * 9)
     assert np.isnan(omni).all()
@@ -48,31 +51,13 @@ def test_mean_and_percentile_are_over_slots_and_blocks():
     assert np.isnan([found["b"].mean, found["b"].p99]).all()
 
 
-class Counting:
-    """A scheme's stand-in that notes how many trials it was asked about."""
-
-    def __init__(self, scheme, module):
-        self.scheme, self.asked = scheme, []
-        self.__class__ = type("Counting", (Counting,), {"__module__": module})
-
-    def __getattr__(self, name):
-        return getattr(self.scheme, name)
-
-    def beamform(self, prior, view):
-        self.asked.append(len(prior.mean))
-        return self.scheme.beamform(prior, view)
-
-
-def test_built_in_schemes_rehearse_once_and_users_never(monkeypatch):
-    monkeypatch.setattr(decisions, "_rehearsed", set())
-    (scheme,) = resolve_schemes(SCENARIO, ["water-filling"])
-    ours = Counting(scheme, "echobeam.schemes.water_filling")
-    theirs = Counting(scheme, "their.module")
-    blocks = [run_block(SCENARIO, [one], 0, range(5)) for one in (ours, ours, theirs)]
-    assert ours.asked == [1] + [5] * 9 + [5] * 9
-    assert theirs.asked == [5] * 9
-    for name in ("beam", "rate", "estimated"):
-        np.testing.assert_array_equal(blocks[0].arrays[name], blocks[1].arrays[name])
+def test_the_first_decision_in_a_process_is_not_timed(monkeypatch):
+    """It may load or compile a solver, whoever wrote the scheme."""
+    monkeypatch.setattr(decisions, "_decided", set())
+    blocks = [run_block(SCENE, configure_all(SCENARIO, ["water-filling"]), 0, range(3))] * 1
+    blocks.append(run_block(SCENE, configure_all(SCENARIO, ["water-filling"]), 0, range(3)))
+    taken = [np.isfinite(block.arrays[SECONDS][0]).tolist() for block in blocks]
+    assert taken == [[False, False] + [True] * 8, [False] + [True] * 9]
 
 
 def test_slots_tell_the_time_of_one_trial(clock):
@@ -119,9 +104,9 @@ def test_a_sweep_has_times_of_every_point_but_not_in_its_files(tmp_path, monkeyp
         assert b"decision" not in path.read_bytes(), path
 
 
-def test_digests_hold_no_times(tmp_path):
+def test_statistics_hold_no_times(tmp_path):
     grid = Grid("paper-single", (), (Varied("radio.power", ("1", "2")),))
     study = study_in(tmp_path / "b", grid.points(LIGHT, 2, ()), 0)
     run_study(study)
     assert SECONDS in study.files.read(0).arrays
-    assert SECONDS not in study.digest_of(0)
+    assert SECONDS not in study.statistics_of(0)

@@ -2,17 +2,27 @@ import numpy as np
 import pytest
 
 import echobeam as eb
-from echobeam.physics.motion import uav_path
+from echobeam.schemes.configure import system_for
 from echobeam.simulation.forecast import forecast_errors, forecasts, plane_sigmas
-from echobeam.tracking.filter import predict_steps
-from echobeam.values import GaussianState, UavMotion
+from echobeam.values import GaussianState
+
+from ..forms import flying, predict
+
+MATCHED = {
+    "radio.power": 1000.0,
+    "radar.variance": "known",
+    "objects.0.acceleration": 0.0,
+    "filter.angle_std": 0.0,
+    "filter.distance_std": 0.0,
+    "filter.velocity_std": 0.0,
+    "filter.evolution": "exact",
+}
+"""A filter that believes in nature's own motion: constant velocity, no noise."""
 
 
 @pytest.fixture(scope="module")
 def matched():
-    scenario = eb.load_scenario(
-        "paper-single", {"radio.power": 1000.0, "truth.process_noise": True}
-    )
+    scenario = eb.load_scenario("paper-single", MATCHED)
     return scenario, eb.simulate(scenario, ["omni", "pilot-needle"], trials=300, seed=9)
 
 
@@ -46,24 +56,24 @@ def test_a_forecast_counts_only_while_the_object_stays(matched):
     scenario, result = matched
     gone = result.copy(deep=True)
     gone["present"][:, 5] = False
+    gone["identity"][:, 5] = -1
     found = forecast_errors(gone, scenario)["count"].sel(scheme="omni")
     assert found.sel(horizon=9) == 0
     assert found.sel(horizon=1) == 300 * 7
 
 
 def test_forecasts_are_the_filters_own_repeated_predictions(matched):
-    """Against `predict_steps`, state by state."""
+    """Against the filter's predictions, state by state."""
     scenario, result = matched
     one = result.sel(scheme="omni").isel(trial=slice(0, 4), slot=[2, 5])
-    path = uav_path(100.0, 15.0, -np.pi / 2, 0.01, 10)
     made = list(
         forecasts(
             one["estimated"].values,
             one["estimated_cov"].values,
             np.array([2, 5]),
             7,
-            path,
-            scenario,
+            result["uav_velocity"].values,
+            system_for(scenario, "omni"),
         )
     )
     assert [item.mean.shape[1] for item in made] == [2, 2, 2, 2, 1, 1, 1]
@@ -73,11 +83,10 @@ def test_forecasts_are_the_filters_own_repeated_predictions(matched):
     state = GaussianState(
         one["estimated"].values[:, 0], one["estimated_cov"].values[:, 0], np.ones((4, 1), bool)
     )
-    down = UavMotion(15.0, -np.pi / 2)
-    steps = predict_steps(state, [down] * 7, 0.01, std, scenario.filter.evolution)
-    for item, step in zip(made, steps, strict=True):
-        np.testing.assert_allclose(item.mean[:, 0], step.mean, rtol=1e-12)
-        np.testing.assert_allclose(item.cov[:, 0], step.cov, rtol=1e-9, atol=1e-15)
+    for item in made:
+        state = predict(state, flying(15.0, -np.pi / 2), 0.01, std, scenario.filter.evolution)
+        np.testing.assert_allclose(item.mean[:, 0], state.mean, rtol=1e-12)
+        np.testing.assert_allclose(item.cov[:, 0], state.cov, rtol=1e-9, atol=1e-15)
 
 
 def test_positions_keep_their_promise_as_angles_and_distances_do(matched):
@@ -130,22 +139,17 @@ def test_who_predicts_nothing_or_knows_everything_makes_no_forecast():
 
 
 def test_a_column_that_passes_to_another_object_ends_the_forecast(matched):
-    """Somebody else 50 m away takes over in slot 6, without a gap."""
+    """Somebody else takes over in slot 6, without a gap."""
     scenario, result = matched
     other = result.copy(deep=True)
-    other["truth"][:, 5:, :, 0] = np.arctan2(1, 1 / np.tan(other["truth"][:, 5:, :, 0]) + 0.5)
-    other["truth"][:, 5:, :, 1] = (
-        result["truth"][:, 5:, :, 1]
-        * np.sin(result["truth"][:, 5:, :, 0])
-        / np.sin(other["truth"][:, 5:, :, 0])
-    )
+    other["identity"][:, 5:] = 1
     found = forecast_errors(other, scenario)["count"].sel(scheme="omni")
     assert found.sel(horizon=1) == 300 * 8
     assert found.sel(horizon=5) == 0
 
 
 def test_nobody_to_forecast():
-    scenario = eb.load_scenario("paper-single").model_copy(update={"objects": ()})
+    scenario = eb.load_scenario("paper-single").replace({"objects": []})
     found = forecast_errors(eb.simulate(scenario, ["omni"], trials=2), scenario)
     np.testing.assert_array_equal(found["count"].values, 0)
     assert np.isnan(found["promised"].values).all()

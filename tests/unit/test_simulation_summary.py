@@ -4,18 +4,32 @@ from scipy import stats
 
 import echobeam as eb
 from echobeam.estimation.bound import posterior_bound
-from echobeam.physics import motion
-from echobeam.simulation.bound import bound_of, bound_terms, with_bound
+from echobeam.simulation.bound import BOUND_NEEDS, bound_of, bound_terms, with_bound
 from echobeam.simulation.summary import improvement, mean_interval, ratio_of_means, summarise
 from echobeam.tracking.evolution import evolution_jacobian
 from echobeam.tracking.measurement import measurement_jacobian
 
 SCENARIO = eb.load_scenario("paper-multi")
+MATCHED = {
+    "radio.power": 1000.0,
+    "radar.variance": "known",
+    "objects.0.acceleration": 0.0,
+    "filter.angle_std": 0.0,
+    "filter.distance_std": 0.0,
+    "filter.velocity_std": 0.0,
+    "filter.evolution": "exact",
+}
+"""A filter that believes in nature's own motion: constant velocity, no noise."""
 
 
 @pytest.fixture(scope="module")
 def result():
-    return eb.simulate("paper-multi", ["water-filling", "omni", "pilot-needle"], trials=60, seed=11)
+    return eb.simulate(
+        "paper-multi",
+        ["water-filling", "omni", "pilot-needle", "pilot-predict"],
+        trials=60,
+        seed=11,
+    )
 
 
 def test_means_and_intervals_are_students(result):
@@ -99,28 +113,48 @@ def test_errors_over_the_bound_are_errors_over_the_bound(result):
         assert np.isnan(getattr(figures["pilot-needle"], name)).all()
 
 
+def _some(arrays, cut):
+    """Some trials of a bound's arrays."""
+    trial = {"truth": 0, "true_var": 1, "predicted_cov": 1}
+    return {
+        name: values[(slice(None),) * trial[name] + (cut,)] if name in trial else values
+        for name, values in arrays.items()
+    }
+
+
+def road_noise(scenario):
+    """Q of noise along the road, from the objects' motion without noise, (slot, object, 3, 3)."""
+    s1, s2, s3 = scenario.truth_stds
+    noise = np.zeros((scenario.n_slots - 1, 2, 3, 3))
+    for slot in range(scenario.n_slots - 1):
+        time, height = 0.01 * slot, 100.0 - 0.15 * slot
+        for k, item in enumerate(scenario.objects):
+            x = 100.0 / np.tan(item.angle) + item.velocity * time + item.acceleration * time**2 / 2
+            d2 = x**2 + height**2
+            gradient = np.array([-height / d2, x / np.sqrt(d2), 0.0])  # of angle and distance by x
+            information = gradient[0] ** 2 / s1**2 + gradient[1] ** 2 / s2**2
+            noise[slot, k] = np.outer(gradient, gradient) / information
+            noise[slot, k, 2, 2] = s3**2
+    return noise
+
+
 def test_a_bound_is_the_same_from_sums_over_blocks_as_from_all_trials_at_once():
     """Sums of two blocks, with scattered truths, against the centred recursion on all of them."""
     scenario = eb.load_scenario(
         "paper-multi", {"radio.power": 1000.0, "truth.process_noise": True, "frame.frames": 2}
     )
     result = eb.simulate(scenario, ["omni"], trials=9, seed=2)
-    arrays = {name: result[name].values for name in ("truth", "measured_var", "predicted_cov")}
-    halves = [
-        bound_terms({k: v[cut] if k == "truth" else v[:, cut] for k, v in arrays.items()}, scenario)
-        for cut in (slice(0, 4), slice(4, 9))
-    ]
+    arrays = {name: result[name].values for name in BOUND_NEEDS}
+    halves = [bound_terms(_some(arrays, cut), scenario) for cut in (slice(0, 4), slice(4, 9))]
     from_sums = bound_of(
         {name: (halves[0][name] + halves[1][name])[0] for name in halves[0]}, scenario
     )
-    path = motion.uav_path(100.0, 15.0, -np.pi / 2, 0.01, 20)
-    flown = path.speed[:, None], path.heading[:, None]
+    flown = np.full((20, 1), 15.0), np.full((20, 1), -np.pi / 2)
     G = evolution_jacobian(
         arrays["truth"][:, :-1], flown[0][:-1], flown[1][:-1], scenario.frame.slot, "exact"
     )
     H = measurement_jacobian(arrays["truth"], *flown, scenario.radio.carrier)
-    std = [scenario.filter.angle_std, scenario.filter.distance_std, scenario.filter.velocity_std]
-    at_once = posterior_bound(G, np.diag(std) ** 2, H, arrays["measured_var"][0])
+    at_once = posterior_bound(G, road_noise(scenario), H, arrays["true_var"][0])
     expected = np.sqrt(np.diagonal(at_once, axis1=-2, axis2=-1))
     np.testing.assert_allclose(from_sums, expected, rtol=1e-6)
     np.testing.assert_allclose(with_bound(result, scenario)["bound"].values[0], from_sums)
@@ -148,7 +182,7 @@ def test_without_a_genie_nothing_is_over_it(result):
 
 
 def test_no_objects_have_figures_that_are_not_numbers():
-    scenario = eb.load_scenario("paper-single").model_copy(update={"objects": ()})
+    scenario = eb.load_scenario("paper-single").replace({"objects": []})
     result = eb.simulate(scenario, ["omni", "genie"], trials=2)
     figures = summarise(result, scenario)["omni"]
     for name in ("angle_rmse", "angle_over_bound", "distance_over_bound", "nees", "nis"):
@@ -178,26 +212,55 @@ def test_an_honest_filter_is_found_honest():
     One slot's NEES is the mean of 600 independent chi-squares of 3 (5 sigma: 0.5), its NIS of
     1800 of 1 (5 sigma: 0.17).
     """
-    honest = eb.load_scenario("paper-single", {"radio.power": 1000.0, "truth.process_noise": True})
+    honest = eb.load_scenario("paper-single", MATCHED)
     result = eb.simulate(honest, ["omni"], trials=600, seed=8)
     figures = summarise(result, honest)["omni"]
     assert (np.abs(figures.nees[1:] - 3) < 5 * np.sqrt(6 / 600)).all()
     assert (np.abs(figures.nis[1:] - 1) < 5 * np.sqrt(2 / 1800)).all()
 
 
-def test_the_coverage_counts_true_angles_inside_the_covered_interval(result):
-    """Counted once more, trial by trial and slot by slot."""
-    found = result.sel(scheme="water-filling")
+@pytest.mark.parametrize("centre", ["predicted", "previous"])
+@pytest.mark.parametrize("spread", ["measurement", "posterior"])
+def test_the_coverage_counts_true_angles_inside_the_covered_interval(centre, spread):
+    """Counted once more, trial by trial, from the priors and the variances that were given."""
+    keys = {"coverage.centre": centre, "coverage.spread": spread}
+    scenario = eb.load_scenario("paper-multi", keys)
+    run = eb.simulate(scenario, ["pilot-predict", "omni"], trials=20, seed=11)
+    found = run.sel(scheme="pilot-predict")
     inside = asked = 0
-    for trial in range(60):
+    for trial in range(20):
         for k in range(2):
             for slot in range(1, 10):
-                spread = np.sqrt(found["measured_var"].values[trial, :slot, k, 0])
-                seen = spread[np.isfinite(spread)]
-                prior = found["predicted"].values[trial, slot, k, 0]
-                if seen.size == 0 or not np.isfinite(prior):
+                sigma = np.sqrt(found["measured_var"].values[trial, 0, k, 0])
+                if spread == "posterior":
+                    sigma = np.sqrt(found["predicted_cov"].values[trial, slot, k, 0, 0])
+                around = found["predicted"].values[trial, slot, k, 0]
+                if not np.isfinite(around + sigma):
                     continue
-                half = min(3 * seen[-1], np.pi / 4)
+                if centre == "previous":
+                    around = found["estimated"].values[trial, slot - 1, k, 0]
+                half = min(3 * sigma, np.pi / 4)
+                assert found["covered"].values[trial, slot, k] == pytest.approx(half)
                 asked += 1
-                inside += abs(prior - result["truth"].values[trial, slot, k, 0]) <= half
-    assert summarise(result, SCENARIO)["water-filling"].coverage == pytest.approx(inside / asked)
+                inside += abs(around - run["truth"].values[trial, slot, k, 0]) <= half
+    figures = summarise(run, scenario)
+    assert figures["pilot-predict"].coverage == pytest.approx(inside / asked)
+    assert np.isnan(figures["omni"].coverage)
+
+
+def test_trials_of_one_block_may_differ_in_mode(result):
+    """Slots without beams count neither for coverage nor for outage, trial by trial."""
+    mixed = result.copy(deep=True)
+    mixed["mode"][:, ::2, 1:] = 0
+    rate = result["rate"].sel(scheme="water-filling").values[1::2, 1:]
+    outage = summarise(mixed, SCENARIO)["water-filling"].outage
+    assert outage == pytest.approx((rate < 4e-4).mean())
+
+
+def test_each_scheme_is_held_to_its_own_floor():
+    names = ["water-filling", "pilot-predict:min_rate=0.01"]
+    run = eb.simulate("paper-multi", names, trials=4, seed=1)
+    figures = summarise(run, SCENARIO)
+    rate = run["rate"].sel(scheme=names[1]).values[:, 1:]
+    assert figures[names[1]].outage == pytest.approx((rate < 0.01).mean())
+    assert figures[names[1]].outage == 1.0

@@ -191,7 +191,7 @@ def test_trials_may_vary(tmp_path):
     study = study_in(tmp_path / "b", grid.points(("omni",), None, ()), 0)
     run_study(study)
     assert grid_dataset(grid, study).attrs["trials"] == [2, 3]
-    assert [len(study.digest_of(index)["sum_rate"][0]) for index in (0, 1)] == [2, 3]
+    assert [len(study.statistics_of(index)["sum_rate"][0]) for index in (0, 1)] == [2, 3]
 
 
 def test_each_point_reads_its_own_blocks_once(swept, monkeypatch):

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from echobeam.tracking.evolution import Evolution, evolution_jacobian, evolve
-from echobeam.tracking.filter import predict, predict_steps, update
 from echobeam.tracking.measurement import measurement_jacobian, predict_measurement
-from echobeam.values import GaussianState, Measurement, UavMotion
+from echobeam.values import GaussianState, UavState
+
+from ..forms import Echo, flying, predict, update
 
 CARRIER = 30e9
-UAV = UavMotion(15.0, -np.pi / 2)
+UAV = flying(15.0, -np.pi / 2)
 PROCESS_STD = np.array([3.5e-4, 0.2, 0.5])
 NOISE_STD = np.array([0.011, 1.9e-9, 1.5e4])
 KINDS: list[Evolution] = ["paper", "exact"]
@@ -25,16 +26,16 @@ def belief(*means: list[float]) -> GaussianState:
     return GaussianState(mean, cov, np.isfinite(mean[..., 0]))
 
 
-def echo_of(mean: np.ndarray) -> Measurement:
+def echo_of(mean: np.ndarray) -> Echo:
     value = predict_measurement(mean, UAV.speed, UAV.heading, CARRIER) + 0.8 * NOISE_STD
-    return Measurement(value, np.broadcast_to(NOISE_STD**2, value.shape).copy())
+    return Echo(value, np.broadcast_to(NOISE_STD**2, value.shape).copy())
 
 
-def altered(radar: Measurement, where: tuple[int, ...], value: float, std: float) -> Measurement:
+def altered(radar: Echo, where: tuple[int, ...], value: float, std: float) -> Echo:
     """The same echoes with one entry replaced."""
     values, variances = radar.value.copy(), radar.variance.copy()
     values[where], variances[where] = value, std**2
-    return Measurement(values, variances)
+    return Echo(values, variances)
 
 
 NEAR, FAR, UNKNOWN = [1.3, 103.5, 30.0], [2.36, 141.4, -3.0], [np.nan] * 3
@@ -75,7 +76,7 @@ def test_unknown_objects_stay_unknown_and_spoil_no_others() -> None:
         alone, both = (predict(state, UAV, 0.01, PROCESS_STD) for state in (alone, both))
         radar = echo_of(np.array([NEAR, FAR]))  # an echo alone does not start a track
         both = update(both, radar, UAV, CARRIER)
-        alone = update(alone, Measurement(radar.value[:1], radar.variance[:1]), UAV, CARRIER)
+        alone = update(alone, Echo(radar.value[:1], radar.variance[:1]), UAV, CARRIER)
     np.testing.assert_array_equal(both.known, [True, False])
     np.testing.assert_array_equal(both.mean[:1], alone.mean)
     np.testing.assert_array_equal(both.cov[:1], alone.cov)
@@ -97,13 +98,13 @@ def test_an_object_marked_unknown_is_unknown_whatever_its_numbers() -> None:
 @pytest.mark.parametrize(
     ("mean", "uav"),
     [
-        ([0.001, 100.0, 0.0], UavMotion(200.0, -np.pi / 2)),  # the UAV would go below the road
-        ([np.pi / 2, 1.0, 0.0], UavMotion(100.0, -np.pi / 2)),  # d + p = 0
-        ([1.0, 1.0, -1e308], UavMotion(15.0, 0.0)),
+        ([0.001, 100.0, 0.0], flying(200.0, -np.pi / 2)),  # the UAV would go below the road
+        ([np.pi / 2, 1.0, 0.0], flying(100.0, -np.pi / 2)),  # d + p = 0
+        ([1.0, 1.0, -1e308], flying(15.0, 0.0)),
     ],
 )
 def test_a_track_that_becomes_impossible_is_given_up(
-    kind: Evolution, mean: list[float], uav: UavMotion
+    kind: Evolution, mean: list[float], uav: UavState
 ) -> None:
     prior = predict(belief(mean, FAR), uav, 0.01, PROCESS_STD, kind)
     np.testing.assert_array_equal(prior.known, [False, True])
@@ -125,19 +126,6 @@ def test_a_measured_angle_beyond_the_wrap_pulls_the_short_way() -> None:
     assert not update(prior, radar, UAV, CARRIER).known[0]
 
 
-def test_forecasts_are_repeated_predictions() -> None:
-    state = belief(NEAR, UNKNOWN)
-    uavs = [UAV, UavMotion(15.0, 0.3), UavMotion(0.0, 0.0)]
-    forecast = predict_steps(state, uavs, 0.01, PROCESS_STD, "exact")
-    for uav, ahead in zip(uavs, forecast, strict=True):
-        state = predict(state, uav, 0.01, PROCESS_STD, "exact")
-        np.testing.assert_array_equal(ahead.mean, state.mean)
-        np.testing.assert_array_equal(ahead.cov, state.cov)
-    growth = [step.cov[0, 2, 2] for step in forecast]
-    assert growth[0] < growth[1] < growth[2]
-    assert predict_steps(state, [], 0.01, PROCESS_STD) == []
-
-
 def test_inputs_are_left_alone() -> None:
     state = belief(NEAR, [0.001, 100.0, 0.0])
     for array in (state.mean, state.cov, state.known):
@@ -145,13 +133,13 @@ def test_inputs_are_left_alone() -> None:
     radar = echo_of(np.array([NEAR, FAR]))
     for array in (radar.value, radar.variance):
         array.setflags(write=False)
-    update(predict(state, UavMotion(200.0, -np.pi / 2), 0.01, PROCESS_STD), radar, UAV, CARRIER)
+    update(predict(state, flying(200.0, -np.pi / 2), 0.01, PROCESS_STD), radar, UAV, CARRIER)
     assert state.mean[1, 0] == 0.001
 
 
 def test_no_objects_are_no_trouble() -> None:
     nobody = GaussianState(np.empty((4, 0, 3)), np.empty((4, 0, 3, 3)), np.empty((4, 0), bool))
-    nothing = Measurement(np.empty((4, 0, 3)), np.empty((4, 0, 3)))
+    nothing = Echo(np.empty((4, 0, 3)), np.empty((4, 0, 3)))
     state = update(predict(nobody, UAV, 0.01, PROCESS_STD), nothing, UAV, CARRIER)
     assert state.mean.shape == (4, 0, 3)
     assert state.cov.shape == (4, 0, 3, 3)

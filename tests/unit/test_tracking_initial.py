@@ -6,32 +6,34 @@ import mpmath
 import numpy as np
 import pytest
 
-from echobeam.tracking.initial import VELOCITY_STD_BOUND, initial_state
+from echobeam.tracking.initial import VELOCITY_STD_BOUND
 from echobeam.tracking.measurement import measurement_jacobian, predict_measurement
-from echobeam.values import GaussianState, Measurement, UavMotion
+from echobeam.values import GaussianState
+
+from ..forms import Echo, flying, initial_state
 
 CARRIER = 30e9
-UAV = UavMotion(15.0, -np.pi / 2)
+UAV = flying(15.0, -np.pi / 2)
 STD = np.array([0.06, 1.03e-8, 8.3e4])
 TRUTH = np.array([[1.05, 115.0, 30.0], [2.4, 141.0, -3.0]])
 
 
-def measured(state: np.ndarray, std: np.ndarray = STD) -> Measurement:
+def measured(state: np.ndarray, std: np.ndarray = STD) -> Echo:
     value = predict_measurement(state, UAV.speed, UAV.heading, CARRIER)
-    return Measurement(value, np.broadcast_to(std**2, value.shape).copy())
+    return Echo(value, np.broadcast_to(std**2, value.shape).copy())
 
 
 def altered(
-    radar: Measurement,
+    radar: Echo,
     value: dict[tuple[int, ...], float] | None = None,
     variance: dict[tuple[int, ...], float] | None = None,
-) -> Measurement:
+) -> Echo:
     """The same measurement with some entries replaced."""
     values, variances = radar.value.copy(), radar.variance.copy()
     for array, changes in ((values, value or {}), (variances, variance or {})):
         for where, number in changes.items():
             array[where] = number
-    return Measurement(values, variances)
+    return Echo(values, variances)
 
 
 def test_a_measurement_without_error_gives_the_state_back() -> None:
@@ -78,7 +80,7 @@ def test_an_unphysical_first_measurement_leaves_the_object_unknown(
     assert np.isfinite(state.cov[1]).all()
 
 
-def without_doppler() -> Measurement:
+def without_doppler() -> Echo:
     return altered(measured(TRUTH[0]), {(2,): np.nan}, {(2,): np.inf})
 
 
@@ -91,7 +93,7 @@ def without_doppler() -> Measurement:
     ],
     ids=["none", "no number", "90 degrees"],
 )
-def test_a_doppler_that_says_nothing_of_the_velocity_leaves_it_open(radar: Measurement) -> None:
+def test_a_doppler_that_says_nothing_of_the_velocity_leaves_it_open(radar: Echo) -> None:
     state = initial_state(radar, UAV, CARRIER)
     assert state.known
     assert state.mean[2] == 0.0
@@ -110,7 +112,7 @@ def test_the_bound_on_the_velocity_is_where_the_inverted_error_reaches_it() -> N
         assert result.cov[2, 2] <= VELOCITY_STD_BOUND**2
 
 
-def information_form(radar: Measurement, velocity_std: float) -> GaussianState:
+def information_form(radar: Echo, velocity_std: float) -> GaussianState:
     """Fuse measurement and prior by adding information, linearised at v = 0."""
     start = np.array([radar.value[0], 0.5 * 299_792_458.0 * radar.value[1], 0.0])
     H = measurement_jacobian(start, UAV.speed, UAV.heading, CARRIER)
@@ -138,7 +140,7 @@ def test_a_prior_on_the_velocity_is_fused_as_information(theta: float, doppler_s
 
 
 def test_a_prior_keeps_the_velocity_sane_and_the_rest_as_measured() -> None:
-    radar = Measurement(measured(TRUTH).value + STD * [0, 0, 1], measured(TRUTH).variance)
+    radar = Echo(measured(TRUTH).value + STD * [0, 0, 1], measured(TRUTH).variance)
     with_prior, without = (initial_state(radar, UAV, CARRIER, prior) for prior in (30.0, None))
     assert np.all(np.abs(without.mean[:, 2]) > 400)
     assert np.all(np.abs(with_prior.mean[:, 2]) < 5)
@@ -155,6 +157,6 @@ def test_a_prior_stands_alone_where_no_doppler_was_measured() -> None:
 
 
 def test_no_objects_are_no_trouble() -> None:
-    nothing = Measurement(np.empty((4, 0, 3)), np.empty((4, 0, 3)))
+    nothing = Echo(np.empty((4, 0, 3)), np.empty((4, 0, 3)))
     for prior in (None, 30.0):
         assert initial_state(nothing, UAV, CARRIER, prior).mean.shape == (4, 0, 3)

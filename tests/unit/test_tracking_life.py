@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.tracking.life import living, physical
+from echobeam.physics.polar import POLAR, physical
+from echobeam.tracking.life import living
 
 INSIDE = [1.0, 100.0, 3.0]
 
@@ -35,7 +36,7 @@ def test_impossible_and_unknown_objects_are_given_up_and_others_kept() -> None:
     cov = np.broadcast_to(np.eye(3), (4, 3, 3)).copy()
     cov[3, 1, 1] = np.inf
     known = np.array([True, True, False, True])
-    state = living(mean.copy(), cov.copy(), known)
+    state = living(mean.copy(), cov.copy(), known, POLAR)
     np.testing.assert_array_equal(state.known, [True, False, False, False])
     np.testing.assert_array_equal(state.mean[0], INSIDE)
     np.testing.assert_array_equal(state.cov[0], np.eye(3))
@@ -44,5 +45,5 @@ def test_impossible_and_unknown_objects_are_given_up_and_others_kept() -> None:
 
 
 def test_no_objects_are_no_trouble() -> None:
-    state = living(np.empty((5, 0, 3)), np.empty((5, 0, 3, 3)), np.empty((5, 0), dtype=bool))
+    state = living(np.empty((5, 0, 3)), np.empty((5, 0, 3, 3)), np.empty((5, 0), dtype=bool), POLAR)
     assert state.mean.shape == (5, 0, 3)

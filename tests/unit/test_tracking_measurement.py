@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.tracking.measurement import innovation, measurement_jacobian, predict_measurement
-from echobeam.values import Measurement, UavMotion
+from echobeam.tracking.measurement import measurement_jacobian, predict_measurement
+from echobeam.tracking.polar import PolarMeasurement
+
+from ..forms import flying
 
 C = 299_792_458.0
 CARRIER = 30e9
@@ -55,15 +57,16 @@ def test_jacobian_at_ninety_degrees_says_nothing_of_the_velocity() -> None:
 
 
 def test_innovation_is_measured_minus_expected_with_the_angle_wrapped() -> None:
-    uav = UavMotion(15.0, DOWN)
+    uav = flying(15.0, DOWN)
     expected = predict_measurement(STATES, uav.speed, uav.heading, CARRIER)
     offset = np.array([0.1, 1e-9, 50.0])
     value = expected + offset + np.array([2 * np.pi, 0.0, 0.0])
-    result = innovation(STATES, Measurement(value, np.ones((3, 3))), uav, CARRIER)
+    model = PolarMeasurement(CARRIER)
+    result = model.residual(value, model.expected(STATES, uav))
     np.testing.assert_allclose(result, np.broadcast_to(offset, (3, 3)), rtol=1e-6)
 
 
 def test_innovation_of_what_was_not_measured_is_nan() -> None:
     value = np.full((3, 3), np.nan)
-    nothing = Measurement(value, np.full((3, 3), np.inf))
-    assert np.isnan(innovation(STATES, nothing, UavMotion(15.0, DOWN), CARRIER)).all()
+    model = PolarMeasurement(CARRIER)
+    assert np.isnan(model.residual(value, model.expected(STATES, flying(15.0, DOWN)))).all()

@@ -13,8 +13,8 @@ import numpy as np
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.physics.array import array_response
-from echobeam.values import Array, Axis, BoolArray, ComplexArray
+from echobeam.physics.array import LinearArray
+from echobeam.values import Array, BoolArray, ComplexArray
 
 LEAST_RIPPLE = 1e-3
 """The coverage residual is relative to the allowed ripple, but to no less than this one."""
@@ -60,9 +60,7 @@ def violation(problem: BeamProblem, beams: ComplexArray) -> Violation:
         return Violation(np.inf, np.inf, np.inf)
     spent = float(np.sum(np.abs(beams) ** 2))
     grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
-    excess = coverage_excess(
-        beams, problem.angles, grid, mask, problem.ripple, problem.spacing, problem.axis
-    )
+    excess = coverage_excess(beams, problem.angles, grid, mask, problem.ripple, problem.array)
     shortfall = rate_shortfall(rates(problem, beams), problem.min_rate)
     return Violation(
         power=max(0.0, spent / problem.power - 1.0),
@@ -101,8 +99,7 @@ def coverage_excess(
     grid: Array,
     mask: BoolArray,
     ripple: Array,
-    spacing: float = 0.5,
-    axis: Axis = "vertical",
+    array: LinearArray,
 ) -> Array:
     """Return by how much each beam exceeds its allowed ripple, relative, Eq. (38f).
 
@@ -116,6 +113,8 @@ def coverage_excess(
         ``(..., K, G)``: `coverage_grid`.
     ripple
         ``(K,)``, or of a shape that fits: B_k.
+    array
+        The transmit array.
 
     Returns
     -------
@@ -123,7 +122,7 @@ def coverage_excess(
         ``(..., K)``, at least zero; zero for a beam without power.
     """
     directions = np.concatenate([angles[..., np.newaxis], grid], axis=-1)
-    response = array_response(beams, directions, spacing, axis)
+    response = array.response(beams, directions)
     pattern = response.real**2 + response.imag**2
     ripples = np.abs(pattern[..., 1:] - pattern[..., :1])
     worst = np.max(ripples, axis=-1, where=mask, initial=0.0)

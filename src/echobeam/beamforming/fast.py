@@ -19,13 +19,12 @@ from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.direct import DirectResult, solve_batch
 from echobeam.beamforming.fallback import named_faults
 from echobeam.beamforming.flat import STIFF_LOBES, cover_lobes, flat_proposal
-from echobeam.beamforming.objective import beam_gains, channel_loss, rates, rates_from_gains
+from echobeam.beamforming.objective import beam_gains, rates, rates_from_gains
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch
 from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.recovery import keep_coverage, settle_powers
-from echobeam.beamforming.subspace import antenna_phase, real_steering
-from echobeam.physics.array import steering_vector
+from echobeam.beamforming.subspace import real_steering
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 FEASIBLE = 1e-6
@@ -152,8 +151,8 @@ def _made_to_keep(problem: BeamProblem, beams: ComplexArray, factor: float) -> C
     """Return beams that keep coverage, with powers near theirs for a part of the floors."""
     unit = math.sqrt(problem.power)
     kept = keep_coverage(problem, beams / unit)
-    channels = steering_vector(problem.angles, problem.n_tx, problem.spacing, problem.axis)
-    loss = channel_loss(problem.distances, problem.noise, problem.alpha0) / problem.power
+    channels = problem.array.steering(problem.angles)
+    loss = problem.loss / problem.power
     threshold = np.expm1(factor * problem.min_rate * math.log(2.0))
     return settle_powers(kept, channels, loss, threshold) * unit
 
@@ -208,7 +207,7 @@ def short_floors(
     messages = []
     for trial, reach in zip(which, alone, strict=True):
         active = batch.active[trial]
-        phases = antenna_phase(batch.angles[trial, active], batch.spacing, batch.axis)
+        phases = batch.array.phase(batch.angles[trial, active])
         channels = real_steering(phases, batch.n_tx)
         factor = float(found.floor_factor[trial])
         messages.append(named_faults(batch.min_rate[active], factor, reach[active], channels))
@@ -224,11 +223,11 @@ def _alone(
     """
     part = batch.taken(which)
     active = part.active
-    angles, distances = np.where(active, part.angles, 0.0), np.where(active, part.distances, 1.0)
-    loss = channel_loss(distances, batch.noise, batch.alpha0) / batch.power
+    angles = np.where(active, part.angles, 0.0)
+    loss = np.where(active, part.loss, 1.0) / batch.power
     beams = np.where(active[..., np.newaxis], found.beams[which], 0.0)
     spent = np.sum(np.abs(beams) ** 2, axis=-1)
-    own = np.diagonal(beam_gains(beams, angles, batch.spacing, batch.axis), axis1=-2, axis2=-1)
+    own = np.diagonal(beam_gains(beams, angles, batch.array), axis1=-2, axis2=-1)
     gain = own / np.where(spent > 0.0, spent, 1.0)
     rate: Array = np.log1p(gain / loss) / np.log(2.0)
     trials, objects = np.nonzero(active & (rate < batch.min_rate))
@@ -247,17 +246,13 @@ def batch_of(problem: BeamProblem) -> ProblemBatch:
     warm = problem.warm_start
     return ProblemBatch(
         angles=problem.angles[np.newaxis],
-        distances=problem.distances[np.newaxis],
+        loss=problem.loss[np.newaxis],
         coverage_halfwidths=problem.coverage_halfwidths[np.newaxis],
         active=np.ones((1, problem.n_objects), dtype=bool),
         ripple=problem.ripple,
         min_rate=problem.min_rate,
         power=problem.power,
-        noise=problem.noise,
-        n_tx=problem.n_tx,
-        alpha0=problem.alpha0,
-        spacing=problem.spacing,
-        axis=problem.axis,
+        array=problem.array,
         resolution=problem.resolution,
         warm_start=None if warm is None else warm[np.newaxis],
     )
@@ -267,19 +262,19 @@ def _keeps(batch: ProblemBatch, found: DirectResult, part: IntArray) -> BoolArra
     """Return which trials of a part keep power, floors and coverage on the full grid."""
     active = batch.active[part]
     beams = np.where(active[..., np.newaxis], found.beams[part], 0.0)
-    angles, distances, halfwidths = (
+    angles, loss, halfwidths = (
         np.where(active, values[part], unused)
         for values, unused in (
             (batch.angles, 0.0),
-            (batch.distances, 1.0),
+            (batch.loss, 1.0),
             (batch.coverage_halfwidths, 0.0),
         )
     )
     grid, mask = coverage_grid(angles, halfwidths, batch.resolution)
-    excess = coverage_excess(beams, angles, grid, mask, batch.ripple, batch.spacing, batch.axis)
+    excess = coverage_excess(beams, angles, grid, mask, batch.ripple, batch.array)
     spent = np.sum(np.abs(beams) ** 2, axis=(-2, -1)) / batch.power - 1.0
-    gains = beam_gains(beams, angles, batch.spacing, batch.axis)
-    achieved = rates_from_gains(gains, channel_loss(distances, batch.noise, batch.alpha0))
+    gains = beam_gains(beams, angles, batch.array)
+    achieved = rates_from_gains(gains, loss)
     floors = np.where(active, batch.min_rate, 0.0) * found.floor_factor[part, np.newaxis]
     missed = rate_shortfall(achieved, floors)
     each = np.maximum(excess, missed).max(axis=-1, initial=0.0)

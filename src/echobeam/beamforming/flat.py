@@ -12,11 +12,10 @@ import numpy as np
 
 from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
 from echobeam.beamforming.coverage import coverage_grid
-from echobeam.beamforming.objective import channel_loss
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
-from echobeam.beamforming.subspace import antenna_phase, real_steering
+from echobeam.beamforming.subspace import real_steering
 from echobeam.values import Array
 
 STIFF_LOBES = 6.0
@@ -28,7 +27,7 @@ BISECTIONS = 60
 def cover_lobes(problem: BeamProblem) -> Array:
     """Return ``(K,)``: how many Nyquist lobes 2 pi / N each cover is wide."""
     grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
-    phases = antenna_phase(grid, problem.spacing, problem.axis)
+    phases = problem.array.phase(grid)
     high = np.max(np.where(mask, phases, -np.inf), axis=-1)
     low = np.min(np.where(mask, phases, np.inf), axis=-1)
     return np.asarray((high - low) * problem.n_tx / (2.0 * np.pi))
@@ -44,7 +43,7 @@ def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
     lobes
         ``(K,)``: `cover_lobes`; the widest cover is named.
     """
-    loss = channel_loss(problem.distances, problem.noise, problem.alpha0) / problem.power
+    loss = problem.loss / problem.power
     powers, factor = flat_powers(loss, problem.min_rate)
     beams = np.zeros((problem.n_objects, problem.n_tx), dtype=complex)
     beams[:, 0] = np.sqrt(powers * problem.power)
@@ -99,7 +98,7 @@ def flat_powers(loss: Array, min_rate: Array) -> tuple[Array, float]:
 
 def _bound(problem: BeamProblem, loss: Array) -> float:
     """Return a bound on the sum rate of every design, without coverage and floors."""
-    phases = antenna_phase(problem.angles, problem.spacing, problem.axis)
+    phases = problem.array.phase(problem.angles)
     whole = np.full(problem.n_objects, float(problem.n_tx))
     free = interference_free_bound(whole, loss, np.zeros_like(loss))
     return min(free, dirty_paper_bound(real_steering(phases, problem.n_tx), loss))

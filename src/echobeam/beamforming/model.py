@@ -12,9 +12,8 @@ import numpy as np
 
 from echobeam.beamforming.conic import Block
 from echobeam.beamforming.coverage import coverage_grid, sparse_cover
-from echobeam.beamforming.objective import channel_loss
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.subspace import antenna_phase, beam_subspace, real_steering
+from echobeam.beamforming.subspace import beam_subspace, real_steering
 from echobeam.values import Array, BoolArray
 
 START_PER_LOBE = 8
@@ -47,7 +46,7 @@ class BeamModel:
     ripple
         B_k.
     phases
-        ``(G + 1,)`` rad: `antenna_phase` of the object, then of its grid, for what has to be
+        ``(G + 1,)`` rad: antenna phases of the object, then of its grid, for what has to be
         judged outside the reduced coordinates.
     """
 
@@ -95,11 +94,11 @@ class Model:
 
 def build_model(problem: BeamProblem) -> Model:
     """Return the normalised, reduced form of a problem with K >= 1 objects."""
-    n_tx, spacing, axis = problem.n_tx, problem.spacing, problem.axis
+    n_tx, array = problem.n_tx, problem.array
     grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
-    phases = antenna_phase(grid, spacing, axis)
+    phases = array.phase(grid)
     start = sparse_cover(phases, mask, n_tx, START_PER_LOBE)
-    centres = antenna_phase(problem.angles, spacing, axis)
+    centres = array.phase(problem.angles)
     channels = real_steering(centres, n_tx)
     subspaces = beam_subspace(
         np.broadcast_to(channels, (problem.n_objects, *channels.shape)),
@@ -123,7 +122,7 @@ def build_model(problem: BeamProblem) -> Model:
         )
     return Model(
         beams=beams,
-        loss=channel_loss(problem.distances, problem.noise, problem.alpha0) / problem.power,
+        loss=problem.loss / problem.power,
         threshold=np.expm1(problem.min_rate * np.log(2.0)),
         channels=channels,
     )

@@ -1,7 +1,7 @@
-"""What problem (38) maximises: gains, SINR and rates at the predicted channel.
+"""Objective of problem (38): gains, SINR and rates at the predicted channel.
 
 Everything follows from K x K gains ``gains[k, i] = |a^H(theta_k) w_i|^2`` and one number per
-object, the loss ``noise d_k^2 / alpha0^2``.
+object, the loss ``noise d_k^2 / alpha0^2`` (`echobeam.physics.link.channel_loss`).
 """
 
 from __future__ import annotations
@@ -9,34 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.physics.array import steering_vector
-from echobeam.values import Array, Axis, ComplexArray
+from echobeam.physics.array import LinearArray
+from echobeam.values import Array, ComplexArray
 
 
-def channel_loss(distances: Array, noise: float, alpha0: float = 1.0) -> Array:
-    """Return sigma_C^2 d_k^2 / alpha0^2: the noise referred to the array, Eqs. (3), (36).
-
-    Parameters
-    ----------
-    distances
-        ``(..., K)`` m.
-    noise
-        sigma_C^2, power.
-    alpha0
-        Amplitude of the channel at 1 m.
-
-    Returns
-    -------
-    Array
-        ``(..., K)``, power.
-    """
-    return noise * (np.asarray(distances) / alpha0) ** 2
-
-
-def beam_gains(
-    beams: ComplexArray, angles: Array, spacing: float = 0.5, axis: Axis = "vertical"
-) -> Array:
-    """Return how much of every beam each object gets, |a^H(theta_k) w_i|^2.
+def beam_gains(beams: ComplexArray, angles: Array, array: LinearArray) -> Array:
+    """Return the power of every beam towards each object, |a^H(theta_k) w_i|^2.
 
     Parameters
     ----------
@@ -44,14 +22,15 @@ def beam_gains(
         ``(..., K, N)``, sqrt(power).
     angles
         ``(..., J)`` rad.
+    array
+        The transmit array.
 
     Returns
     -------
     Array
         ``(..., J, K)``, power: row by angle, column by beam.
     """
-    steering = steering_vector(angles, beams.shape[-1], spacing, axis)
-    response = np.conj(steering) @ np.swapaxes(beams, -1, -2)
+    response = np.conj(array.steering(angles)) @ np.swapaxes(beams, -1, -2)
     return np.abs(response) ** 2
 
 
@@ -63,7 +42,7 @@ def sinr(gains: Array, loss: Array) -> Array:
     gains
         ``(..., K, K)``, power: row by object, column by beam.
     loss
-        ``(..., K)``, power: `channel_loss`.
+        ``(..., K)``, power: noise over path gain.
 
     Returns
     -------
@@ -97,5 +76,4 @@ def rates(problem: BeamProblem, beams: ComplexArray) -> Array:
     Array
         ``(K,)``, bit/s/Hz.
     """
-    gains = beam_gains(beams, problem.angles, problem.spacing, problem.axis)
-    return rates_from_gains(gains, channel_loss(problem.distances, problem.noise, problem.alpha0))
+    return rates_from_gains(beam_gains(beams, problem.angles, problem.array), problem.loss)

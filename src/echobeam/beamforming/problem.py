@@ -7,8 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from echobeam.faults import InputError
+from echobeam.physics.array import LinearArray
+from echobeam.physics.link import channel_loss
 from echobeam.values import Array, Axis, BoolArray, ComplexArray, IntArray
 
 DEFAULT_RESOLUTION = math.radians(0.1)
@@ -38,7 +41,7 @@ class ProblemError(InputError):
     """A beam problem that makes no sense; the message lists every fault."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, init=False)
 class BeamProblem:
     """Design the beams of one slot, Eq. (38).
 
@@ -58,14 +61,12 @@ class BeamProblem:
         Scalar or ``(K,)`` bit/s/Hz: Gamma_k of (38e).
     power, noise
         P_T of (38b) and sigma_C^2, linear.
-    n_tx
-        Number of transmit antennas.
     alpha0
         Amplitude of the channel at 1 m.
-    spacing
-        Antenna spacing in wavelengths.
-    axis
-        ``"vertical"``: the phase follows sin(angle), as in the paper; ``"horizontal"``: cos(angle).
+    array
+        The transmit array; instead of it ``n_tx`` (number of antennas), ``spacing`` (wavelengths,
+        0.5 by default) and ``axis`` may be given: ``"vertical"``, the phase follows sin(angle), as
+        in the paper, or ``"horizontal"``, cos(angle).
     resolution
         rad: step of the coverage grid.
     warm_start
@@ -84,42 +85,50 @@ class BeamProblem:
     min_rate: Array
     power: float
     noise: float
-    n_tx: int
-    alpha0: float = 1.0
-    spacing: float = 0.5
-    axis: Axis = "vertical"
-    resolution: float = DEFAULT_RESOLUTION
-    warm_start: ComplexArray | None = None
+    alpha0: float
+    resolution: float
+    warm_start: ComplexArray | None
+    array: LinearArray
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        angles: npt.ArrayLike,
+        distances: npt.ArrayLike,
+        coverage_halfwidths: npt.ArrayLike,
+        ripple: npt.ArrayLike,
+        min_rate: npt.ArrayLike,
+        power: float,
+        noise: float,
+        n_tx: int | None = None,
+        alpha0: float = 1.0,
+        spacing: float = 0.5,
+        axis: Axis = "vertical",
+        resolution: float = DEFAULT_RESOLUTION,
+        warm_start: npt.ArrayLike | None = None,
+        array: LinearArray | None = None,
+    ) -> None:
         faults: list[str] = []
-        angles = _vector("angles", self.angles, None, faults)
-        n_objects = angles.size if angles.size or not faults else None
+        centres = _vector("angles", angles, None, faults)
+        n_objects = centres.size if centres.size or not faults else None
         values = {
-            "angles": angles,
-            "distances": _vector("distances", self.distances, n_objects, faults),
+            "angles": centres,
+            "distances": _vector("distances", distances, n_objects, faults),
             "coverage_halfwidths": _vector(
-                "coverage_halfwidths", self.coverage_halfwidths, n_objects, faults
+                "coverage_halfwidths", coverage_halfwidths, n_objects, faults
             ),
-            "ripple": _vector("ripple", self.ripple, n_objects, faults, broadcast=True),
-            "min_rate": _vector("min_rate", self.min_rate, n_objects, faults, broadcast=True),
+            "ripple": _vector("ripple", ripple, n_objects, faults, broadcast=True),
+            "min_rate": _vector("min_rate", min_rate, n_objects, faults, broadcast=True),
         }
-        scalars = {
-            name: _scalar(name, getattr(self, name), faults)
-            for name in ("power", "noise", "alpha0", "spacing", "resolution")
-        }
-        n_tx = _scalar("n_tx", self.n_tx, faults)
+        given = {"power": power, "noise": noise, "alpha0": alpha0, "resolution": resolution}
+        scalars = {name: _scalar(name, value, faults) for name, value in given.items()}
         faults += _out_of_range({name: vector.tolist() for name, vector in values.items()}, scalars)
-        whole = n_tx >= 1 and n_tx == int(n_tx)
-        if not whole:
-            faults.append(f"n_tx must be a whole number from 1, not {n_tx:g}")
-        if not faults and not fitting_loss(values["distances"], **_radio(scalars)).all():
+        chosen = _array(array, n_tx, spacing, axis, faults)
+        loss = _loss(values["distances"], scalars)
+        if not faults and not fitting_loss(loss, scalars["power"]).all():
             faults.append("noise distances^2 / (power alpha0^2) is beyond 1e-24 to 1e24")
-        if not isinstance(self.axis, str) or self.axis not in ("vertical", "horizontal"):
-            faults.append(f"axis must be 'vertical' or 'horizontal', not {self.axis!r}")
         warm = None
-        if self.warm_start is not None and n_objects is not None and whole:
-            warm = _warm("warm_start", self.warm_start, (n_objects, int(n_tx)), faults)
+        if warm_start is not None and n_objects is not None and chosen is not None:
+            warm = _warm("warm_start", warm_start, (n_objects, chosen.n), faults)
         if faults:
             raise ProblemError("; ".join(faults))
         for name, vector in values.items():
@@ -127,13 +136,23 @@ class BeamProblem:
             object.__setattr__(self, name, vector)
         for name, number in scalars.items():
             object.__setattr__(self, name, number)
-        object.__setattr__(self, "n_tx", int(n_tx))
+        object.__setattr__(self, "array", chosen)
         object.__setattr__(self, "warm_start", warm)
 
     @property
     def n_objects(self) -> int:
         """K."""
         return int(self.angles.size)
+
+    @property
+    def n_tx(self) -> int:
+        """N_t."""
+        return self.array.n
+
+    @property
+    def loss(self) -> Array:
+        """``(K,)``: noise over path gain, sigma_C^2 d^2 / alpha0^2."""
+        return channel_loss(self.distances, self.noise, self.alpha0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,28 +164,28 @@ class ProblemBatch:
 
     Attributes
     ----------
-    angles, distances, coverage_halfwidths
-        ``(T, K)``; anything where ``active`` is false.
-    ripple, min_rate
-        ``(K,)``.
+    angles, loss, coverage_halfwidths
+        ``(T, K)``; anything where ``active`` is false. ``loss`` is noise over path gain.
     active
         ``(T, K)``: the objects that get a beam; those of the others are zero.
+    ripple, min_rate
+        ``(K,)``.
+    power
+        P_T.
+    array
+        The transmit array.
     warm_start
         ``(T, K, n_tx)`` complex, NaN where there is none.
     """
 
     angles: Array
-    distances: Array
+    loss: Array
     coverage_halfwidths: Array
     active: BoolArray
     ripple: Array
     min_rate: Array
     power: float
-    noise: float
-    n_tx: int
-    alpha0: float = 1.0
-    spacing: float = 0.5
-    axis: Axis = "vertical"
+    array: LinearArray
     resolution: float = DEFAULT_RESOLUTION
     warm_start: ComplexArray | None = None
 
@@ -174,13 +193,18 @@ class ProblemBatch:
         """T."""
         return int(self.angles.shape[0])
 
+    @property
+    def n_tx(self) -> int:
+        """N_t."""
+        return self.array.n
+
     def taken(self, trials: IntArray) -> ProblemBatch:
         """Return some of the trials, in the order given."""
         warm = self.warm_start
         return replace(
             self,
             angles=self.angles[trials],
-            distances=self.distances[trials],
+            loss=self.loss[trials],
             coverage_halfwidths=self.coverage_halfwidths[trials],
             active=self.active[trials],
             warm_start=None if warm is None else warm[trials],
@@ -194,26 +218,74 @@ class ProblemBatch:
             warm = None
         return BeamProblem(
             angles=self.angles[trial, active],
-            distances=self.distances[trial, active],
+            distances=_distances(self.loss[trial, active]),
             coverage_halfwidths=self.coverage_halfwidths[trial, active],
             ripple=self.ripple[active],
             min_rate=self.min_rate[active],
             power=self.power,
-            noise=self.noise,
-            n_tx=self.n_tx,
-            alpha0=self.alpha0,
-            spacing=self.spacing,
-            axis=self.axis,
+            noise=1.0,
             resolution=self.resolution,
             warm_start=warm,
+            array=self.array,
         )
 
 
-def fitting_loss(distances: Array, power: float, noise: float, alpha0: float) -> BoolArray:
-    """Tell for which distances noise d^2 / (power alpha0^2) can be reckoned with."""
-    size = np.log(noise / power) + 2.0 * np.log(distances / alpha0)
+def fitting_loss(loss: Array, power: float) -> BoolArray:
+    """Return where noise d^2 / (power alpha0^2) is within the numbers that a solver takes."""
+    with np.errstate(
+        divide="ignore", invalid="ignore"
+    ):  # no loss, or a lost track: they do not fit
+        size = np.log(loss / power)
     fits: BoolArray = np.abs(size) <= math.log(MOST_LOSS)
     return fits
+
+
+def _distances(loss: Array) -> Array:
+    """Return distances that have a loss with unit noise and alpha0."""
+    with np.errstate(invalid="ignore"):  # a lost track; `BeamProblem` says so
+        distances: Array = np.sqrt(loss)
+    return distances
+
+
+def _loss(distances: Array, scalars: dict[str, float]) -> Array:
+    with np.errstate(all="ignore"):  # values out of their range are named elsewhere
+        return channel_loss(distances, scalars["noise"], scalars["alpha0"])
+
+
+def _array(
+    array: object,
+    n_tx: object,
+    spacing: object,
+    axis: object,
+    faults: list[str],
+) -> LinearArray | None:
+    """Return the array that is given, or made of its three numbers; None if it is at fault."""
+    if array is not None:
+        if not isinstance(array, LinearArray):
+            faults.append(f"array must be a LinearArray, not a {type(array).__name__}")
+            return None
+        if n_tx is not None and n_tx != array.n:
+            faults.append(f"n_tx = {n_tx!r} contradicts the array of {array.n} elements")
+        return array
+    before = len(faults)
+    if n_tx is None:
+        faults.append("n_tx or array must be given")
+        number = 1.0
+    else:
+        number = _scalar("n_tx", n_tx, faults)
+        if number < 1 or number != int(number):
+            faults.append(f"n_tx must be a whole number from 1, not {number:g}")
+    distance = _scalar("spacing", spacing, faults)
+    most = MOST["spacing"]
+    if not distance > 0.0:
+        faults.append(f"spacing must be positive, not {distance:g}")
+    elif not LEAST <= distance <= most:
+        faults.append(f"spacing must lie between {LEAST:g} and {most:g}, not {distance:g}")
+    if not isinstance(axis, str) or axis not in ("vertical", "horizontal"):
+        faults.append(f"axis must be 'vertical' or 'horizontal', not {axis!r}")
+    if len(faults) > before:
+        return None
+    return LinearArray(int(number), distance, axis)  # type: ignore[arg-type]
 
 
 def _out_of_range(vectors: dict[str, list[float]], scalars: dict[str, float]) -> list[str]:
@@ -224,6 +296,8 @@ def _out_of_range(vectors: dict[str, list[float]], scalars: dict[str, float]) ->
     faults = []
     given = vectors | {name: [number] for name, number in scalars.items()}
     for name, most in MOST.items():
+        if name not in given:
+            continue
         if not all(x <= 0.0 or LEAST <= x <= most for x in given[name]):
             faults.append(f"{name} must lie between {LEAST:g} and {most:g}, not {given[name]}")
     if not all(x > 0.0 for x in vectors["distances"]):
@@ -242,10 +316,6 @@ def _out_of_range(vectors: dict[str, list[float]], scalars: dict[str, float]) ->
         if not number > 0.0
     ]
     return faults
-
-
-def _radio(scalars: dict[str, float]) -> dict[str, float]:
-    return {name: scalars[name] for name in ("power", "noise", "alpha0")}
 
 
 def _vector(

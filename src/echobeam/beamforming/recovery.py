@@ -12,7 +12,6 @@ from echobeam.beamforming.power import settle
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.rank_one import autocorrelation, beam_of, spectral_factor
 from echobeam.beamforming.subspace import to_beams
-from echobeam.physics.array import steering_vector
 from echobeam.values import Array, ComplexArray
 
 NO_POWER = 1e-12
@@ -45,7 +44,7 @@ def recover_beams(problem: BeamProblem, model: Model, covariances: list[Array]) 
     beams = np.stack(
         [_beam(beam, covariance) for beam, covariance in zip(model.beams, covariances, strict=True)]
     )
-    channels = steering_vector(problem.angles, problem.n_tx, problem.spacing, problem.axis)
+    channels = problem.array.steering(problem.angles)
     settled = settle_powers(beams, channels, model.loss, model.threshold)
     return settled * math.sqrt(problem.power)
 
@@ -96,7 +95,6 @@ def keep_coverage(problem: BeamProblem, beams: ComplexArray) -> ComplexArray:
     A pattern is mixed with a flat one of the same power by shrinking its autocorrelation but for
     the power, and a beam is found from the result.
     """
-    n_tx, spacing, axis = problem.n_tx, problem.spacing, problem.axis
     grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
     kept = beams.copy()
     for k, beam in enumerate(beams):
@@ -104,7 +102,7 @@ def keep_coverage(problem: BeamProblem, beams: ComplexArray) -> ComplexArray:
         if power < NO_POWER:
             continue
         angles = np.concatenate([problem.angles[k : k + 1], grid[k, mask[k]]])
-        response = np.conj(steering_vector(angles, n_tx, spacing, axis)) @ beam
+        response = np.conj(problem.array.steering(angles)) @ beam
         pattern = np.abs(response) ** 2 / power
         ripple = float(problem.ripple[k])
         excess = float(np.max(np.abs(pattern - pattern[0]))) - ripple

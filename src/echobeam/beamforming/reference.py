@@ -21,7 +21,6 @@ import numpy as np
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.fallback import fair_proposal
 from echobeam.beamforming.model import build_model
-from echobeam.beamforming.objective import channel_loss
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
@@ -29,7 +28,6 @@ from echobeam.beamforming.rank_one import beam_of
 from echobeam.beamforming.recovery import keep_coverage, settle_powers
 from echobeam.beamforming.relaxation import prove
 from echobeam.beamforming.shape import best_shape
-from echobeam.physics.array import steering_vector
 from echobeam.values import ComplexArray
 
 MOST_SCA_STEPS = 20
@@ -81,8 +79,8 @@ class ReferenceProblem:
     def __init__(self, problem: BeamProblem) -> None:
         self._cvxpy = _cvxpy()
         n_tx = problem.n_tx
-        self.loss = channel_loss(problem.distances, problem.noise, problem.alpha0) / problem.power
-        self.channels = steering_vector(problem.angles, n_tx, problem.spacing, problem.axis)
+        self.loss = problem.loss / problem.power
+        self.channels = problem.array.steering(problem.angles)
         self.threshold = np.expm1(problem.min_rate * np.log(2.0))
         self.covariances = [
             self._cvxpy.Variable((n_tx, n_tx), hermitian=True) for _ in range(problem.n_objects)
@@ -110,7 +108,7 @@ class ReferenceProblem:
             angles = grid[k, mask[k] & (grid[k] != problem.angles[k])]
             if angles.size == 0:
                 continue
-            cover = steering_vector(angles, problem.n_tx, problem.spacing, problem.axis)
+            cover = problem.array.steering(angles)
             pattern = cp.real(cp.sum(cp.multiply(np.conj(cover), (W @ cover.T).T), axis=1))
             allowed = problem.ripple[k] * cp.real(cp.trace(W))
             constraints.append(cp.abs(self.gains[k][k] - pattern) <= allowed)

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.physics.array import directional_sine
-from echobeam.values import Array, Axis, ComplexArray, IntArray
+from echobeam.values import Array, ComplexArray, IntArray
 
 SPAN_TOLERANCE = 1e-5
 """Directions with a smaller singular value (relative to the largest) are left out of the span.
@@ -30,18 +29,13 @@ SAMPLES_PER_LOBE = 4
 EXTRA_SAMPLES = 12
 
 
-def antenna_phase(angles: Array, spacing: float = 0.5, axis: Axis = "vertical") -> Array:
-    """Return the phase step between neighbouring antennas, 2 pi spacing sin(theta), Eq. (4)."""
-    return 2.0 * np.pi * spacing * directional_sine(angles, axis)
-
-
 def real_steering(phases: Array, n_tx: int) -> Array:
     """Return the steering vector (4) in phase-centred real coordinates.
 
     Parameters
     ----------
     phases
-        ``(...)`` rad: `antenna_phase`.
+        ``(...)`` rad: phase step between neighbouring antennas, `LinearArray.phase`.
     n_tx
         N, number of antennas.
 

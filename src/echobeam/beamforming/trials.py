@@ -31,7 +31,7 @@ def distinct_trials(batch: ProblemBatch) -> tuple[IntArray, IntArray]:
 def _key(batch: ProblemBatch, trial: int) -> bytes:
     """Return what tells one trial's problem from another's."""
     active = batch.active[trial]
-    parts = [active, *(a[trial, active] for a in (batch.angles, batch.distances))]
+    parts = [active, *(a[trial, active] for a in (batch.angles, batch.loss))]
     parts.append(batch.coverage_halfwidths[trial, active])
     if batch.warm_start is not None:
         parts.append(batch.warm_start[trial, active])
@@ -43,14 +43,16 @@ def sound_trials(batch: ProblemBatch) -> BoolArray:
 
     The ranges are those of `BeamProblem`, which says in words what is wrong with the others.
     """
-    names = ("power", "noise", "alpha0", "spacing", "resolution")
-    fits = all(LEAST <= getattr(batch, name) <= MOST[name] for name in names)
+    numbers = {
+        "power": batch.power,
+        "spacing": batch.array.spacing,
+        "resolution": batch.resolution,
+    }
+    fits = all(LEAST <= number <= MOST[name] for name, number in numbers.items())
     if not fits or batch.n_tx < LEAST_ANTENNAS:
         return np.zeros(len(batch), dtype=bool)
-    halfwidths, distances = batch.coverage_halfwidths, batch.distances
-    good = np.isfinite(batch.angles) & (distances >= LEAST) & (distances <= MOST["distances"])
-    near = np.where(good, distances, 1.0)
-    good &= fitting_loss(near, batch.power, batch.noise, batch.alpha0) | ~good
+    halfwidths = batch.coverage_halfwidths
+    good = np.isfinite(batch.angles) & fitting_loss(batch.loss, batch.power)
     good &= (halfwidths >= 0.0) & (halfwidths <= np.pi / 2)
     for name, each in (("ripple", batch.ripple), ("min_rate", batch.min_rate)):
         good &= (each == 0.0) | ((each >= LEAST) & (each <= MOST[name]))

@@ -9,6 +9,7 @@ import numpy as np
 
 from echobeam.beamforming.design import design_batch
 from echobeam.beamforming.problem import ProblemBatch
+from echobeam.physics.array import LinearArray
 from echobeam.values import Array, ComplexArray, IntArray
 
 BATCH = 256
@@ -134,12 +135,11 @@ def _above_the_road(road: Array, n_tx: int, sigma: float) -> ProblemBatch:
     n_objects = road.shape[1]
     return ProblemBatch(
         angles=np.arctan2(HEIGHT, road),
-        distances=np.hypot(HEIGHT, road),
+        loss=np.hypot(HEIGHT, road) ** 2,
         coverage_halfwidths=np.full(road.shape, WIDTH * np.radians(sigma)),
         active=np.ones(road.shape, dtype=bool),
         ripple=np.full(n_objects, RIPPLE * n_tx),
         min_rate=np.zeros(n_objects),
         power=POWER,
-        noise=1.0,
-        n_tx=n_tx,
+        array=LinearArray(n_tx),
     )

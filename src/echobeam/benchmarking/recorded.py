@@ -10,12 +10,14 @@ import numpy as np
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.benchmarking.problems import CaseProblems
 from echobeam.scenario.load import load_scenario
-from echobeam.schemes.base import Decision, View
-from echobeam.schemes.temporal import Temporal
-from echobeam.simulation.blocks import world_of
+from echobeam.schemes.base import View
+from echobeam.schemes.beamers import Aim, Beams, CoverBeamer
+from echobeam.schemes.configure import configure
+from echobeam.schemes.temporal import TEMPORAL
 from echobeam.simulation.loop import run_slots
-from echobeam.simulation.motion import plan_motion
-from echobeam.values import ComplexArray, GaussianState
+from echobeam.simulation.scene import scene_of
+from echobeam.simulation.world import begin
+from echobeam.values import ComplexArray
 
 TRIALS = 32
 SEED = 0
@@ -47,32 +49,32 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Watched(Temporal):
-    """The temporal scheme, which notes what it asks for."""
+class Watched:
+    """The beamer of the temporal scheme, which notes what it asks for."""
 
+    beamer: CoverBeamer
     asked: list[Asked] = field(default_factory=list)
 
-    def beamform(self, prior: GaussianState, view: View) -> Decision:
-        """Return the temporal scheme's decision."""
-        decision = super().beamform(prior, view)
+    def beams(self, aim: Aim, view: View) -> Beams:
+        """Return the beamer's beams."""
+        made = self.beamer.beams(aim, view)
         before: ComplexArray | None = None
         if view.slot_in_frame > FIRST:
             before = np.asarray(view.memory, dtype=complex)
-        batch = self.problems(prior, view)
-        self.asked.append(Asked(view.slot_in_frame, batch, before, decision.beams))
-        return decision
+        batch = self.beamer.problems(aim, view)
+        self.asked.append(Asked(view.slot_in_frame, batch, before, made.beams))
+        return made
 
 
 @cache
 def asked_in(scenario: str, n_trials: int = TRIALS) -> tuple[Asked, ...]:
     """Return what the temporal scheme asked for in a run of a built-in scenario."""
-    loaded, trials = load_scenario(scenario), range(n_trials)
-    scheme = Watched()
-    for _ in run_slots(
-        loaded, scheme, world_of(loaded, SEED, trials, plan_motion(loaded, SEED, trials))
-    ):
+    loaded = load_scenario(scenario)
+    watched = Watched(CoverBeamer())
+    scheme = configure(loaded, replace(TEMPORAL, beamer=watched))
+    for _ in run_slots(begin(scene_of(loaded), SEED, range(n_trials)), scheme):
         pass
-    return tuple(scheme.asked)
+    return tuple(watched.asked)
 
 
 def first_slots(scenario: str) -> CaseProblems:
@@ -93,7 +95,7 @@ def _joined(asked: list[Asked]) -> CaseProblems:
         batches[0],
         warm_start=None,
         angles=np.concatenate([batch.angles for batch in batches]),
-        distances=np.concatenate([batch.distances for batch in batches]),
+        loss=np.concatenate([batch.loss for batch in batches]),
         coverage_halfwidths=np.concatenate([batch.coverage_halfwidths for batch in batches]),
         active=np.concatenate([batch.active for batch in batches]),
     )

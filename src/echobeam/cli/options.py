@@ -149,8 +149,9 @@ def read(
     InputError
         Tells all that is wrong at once.
     """
-    from echobeam.scenario.load import load_scenario, with_trace
-    from echobeam.simulation.run import check_count, resolve_schemes
+    from echobeam.scenario.load import BUILT_IN, load_scenario, with_trace
+    from echobeam.schemes.configure import configure_all
+    from echobeam.simulation.run import check_count
 
     faults = Faults()
     for text in overrides:
@@ -159,7 +160,7 @@ def read(
     if scenario is not None and trace is not None:
         scenario = faults.of(with_trace, scenario, trace)
     for name in schemes:
-        faults.of(resolve_schemes, scenario, [name])
+        faults.of(configure_all, scenario or load_scenario(BUILT_IN[0]), [name])
     faults.of(check_count, 1 if trials is None else trials, 0)
     faults.of(check_count, 1, seed)
     for further in also:

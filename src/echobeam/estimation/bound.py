@@ -1,5 +1,8 @@
 """The posterior Cramer-Rao bound of a tracking problem, by the Tichavsky recursion.
 
+The variances of the measurements are taken as given constants. Where they depend on the state, a
+filter that uses this dependence has more information than is counted here.
+
 Tichavsky, Muravchik and Nehorai, "Posterior Cramer-Rao bounds for discrete-time nonlinear
 filtering", IEEE Trans. Signal Process. 46 (1998): for Gaussian noises the information of a state
 obeys J' = D22 - D21 (J + D11)^-1 D12 with D11 = E[G^T Q^-1 G], D12 = -E[G^T] Q^-1 and
@@ -29,7 +32,8 @@ def posterior_bound(
         truth; T trials, n slots. Its mean over the trials must be invertible, as motion is. NaN
         where the object is absent before or after: nothing is known of it then.
     Q
-        ``(S, S)``: covariance of the process noise; may be singular, or zero.
+        ``(S, S)``, or ``(n - 1, K, S, S)`` for each step and object: covariance of the process
+        noise; may be singular, or zero.
     H
         ``(T, n, K, M, S)``: Jacobian of the measurement on the truth; NaN where it is absent.
     variance
@@ -71,7 +75,8 @@ def information_bound(
     J = measured[0] if information is None else information + measured[0]
     bounds = [_inverse(J)]
     for slot in range(1, len(measured)):
-        J = _predicted_information(J, F[slot - 1], scatter[slot - 1], Q) + measured[slot]
+        noise = Q[slot - 1] if Q.ndim > 2 else Q
+        J = _predicted_information(J, F[slot - 1], scatter[slot - 1], noise) + measured[slot]
         bounds.append(_inverse(J))
     return np.stack(bounds)
 
@@ -101,7 +106,7 @@ def _predicted_information(J: Array, F: Array, scatter: Array, Q: Array) -> Arra
     M (1 + Q M)^-1 with M = F^-T J~ F^-1. Where Q is singular, what the scatter of G would tell
     through directions without process noise is left out; trials that share one truth have none.
     """
-    one = np.eye(Q.shape[0])
+    one = np.eye(Q.shape[-1])
     absent = ~np.isfinite(F).all(axis=(-2, -1), keepdims=True)
     back = np.linalg.inv(np.where(absent, one, F))
     known = np.where(absent, 0.0, J + scatter)

@@ -14,11 +14,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import reduce
+from math import log, pi
 from operator import add
+from typing import NamedTuple
 
 import numpy as np
 
 from echobeam.values import Array, BoolArray
+
+_HALF_LOG_TWO_PI = 0.5 * log(2.0 * pi)
 
 Vector = Sequence[Array]
 """Components of a vector, each ``(...)``."""
@@ -53,9 +57,21 @@ def propagate(cov: Array, G: Array, Q: Array) -> Array:
     return np.moveaxis(result, (0, 1), (-2, -1))
 
 
-def update(
-    mean: Array, cov: Array, innovation: Array, H: Array, variance: Array
-) -> tuple[Array, Array]:
+class Fusion(NamedTuple):
+    """Belief after a measurement, and how well the measurement fitted the prior.
+
+    ``mean`` ``(..., S)`` and ``cov`` ``(..., S, S)`` are the posterior's; ``innovation_cov``
+    ``(..., M, M)`` is H P H^T + R, infinite on the diagonal for a component that does not count;
+    ``log_likelihood`` ``(...)`` is the logarithm of the density of those that do.
+    """
+
+    mean: Array
+    cov: Array
+    innovation_cov: Array
+    log_likelihood: Array
+
+
+def update(mean: Array, cov: Array, innovation: Array, H: Array, variance: Array) -> Fusion:
     """Return the belief after a measurement with independent components, Eqs. (47)-(49).
 
     The components are used one after the other, which is exact because their noises are
@@ -63,7 +79,8 @@ def update(
     apart, never share a matrix: the result is that of whitened measurements, and it does not
     change in any bit when the unit of a measurement changes by a power of two. The covariance has
     Joseph's form (I - k h) P (I - k h)^T + k r k^T, which keeps its digits and stays positive
-    where (I - k h) P cancels.
+    where (I - k h) P cancels. The density of the measurement is the product of those of its
+    components given the ones before.
 
     Parameters
     ----------
@@ -78,22 +95,22 @@ def update(
     variance
         ``(..., M)``, not negative: of the measurement noise. A component of which the variance or
         the innovation is not finite has weight zero and changes nothing.
-
-    Returns
-    -------
-    mean, cov
-        Posterior mean ``(..., S)`` and symmetric covariance ``(..., S, S)``.
     """
     used = np.isfinite(variance) & np.isfinite(innovation)
-    variance = np.where(used, variance, 1.0)
-    innovation = np.where(used, innovation, 0.0)
+    r = np.where(used, variance, 1.0)
+    difference = np.where(used, innovation, 0.0)
     P = _components(cov)
+    rows = _rows(H)
+    spread = _innovation_cov(P, rows, np.where(used, variance, np.inf))
     shift: Vector = [np.zeros(mean.shape[:-1])] * mean.shape[-1]
-    for m, h in enumerate(_rows(H)):
-        if h:
-            scalar = innovation[..., m], variance[..., m], used[..., m]
-            P, shift = _use_one(P, shift, h, *scalar)
-    return mean + np.moveaxis(np.stack(shift), 0, -1), _joined(P)
+    likelihood = np.zeros(mean.shape[:-1])
+    for m, h in enumerate(rows):
+        step = _use_one(P, shift, h, difference[..., m], r[..., m], used[..., m])
+        P, shift, surprise, variance_of_it = step
+        log_density = -0.5 * (surprise * surprise / variance_of_it + np.log(variance_of_it))
+        likelihood += np.where(used[..., m], log_density - _HALF_LOG_TWO_PI, 0.0)
+    posterior = mean + np.moveaxis(np.stack(shift), 0, -1)
+    return Fusion(posterior, _joined(P), spread, likelihood)
 
 
 def wrap(angle: Array) -> Array:
@@ -103,20 +120,39 @@ def wrap(angle: Array) -> Array:
     return wrapped
 
 
+def _innovation_cov(P: Symmetric, rows: Sequence[Row], variance: Array) -> Array:
+    """Return H P H^T + R, component-first in memory, from the upper triangle."""
+    size = len(rows)
+    spread = np.empty((size, size, *P[0][0].shape))
+    for i, row in enumerate(rows):
+        Ph = [_dot(row, column) for column in P]
+        for j in range(i, size):
+            spread[i, j] = spread[j, i] = _dot(rows[j], Ph)
+        spread[i, i] += variance[..., i]
+    return np.moveaxis(spread, (0, 1), (-2, -1))
+
+
 def _use_one(
     P: Symmetric, shift: Vector, h: Row, innovation: Array, r: Array, used: BoolArray
-) -> tuple[Symmetric, Vector]:
-    """Use one scalar measurement with row h on the covariance and on the shift of the mean."""
+) -> tuple[Symmetric, Vector, Array, Array]:
+    """Use one scalar measurement with row h on the covariance and on the shift of the mean.
+
+    Returns covariance and shift, and the innovation given the components before it with its
+    variance.
+    """
     Ph = [_dot(h, row) for row in P]
-    weight = np.where(used, 1.0 / (_dot(h, Ph) + r), 0.0)
-    k = [entry * weight for entry in Ph]
+    spread = _dot(h, Ph) + r
     surprise = innovation - _dot(h, shift)
+    if not h:
+        return P, shift, surprise, spread
+    weight = np.where(used, 1.0 / spread, 0.0)
+    k = [entry * weight for entry in Ph]
     shift = [moved + gain * surprise for moved, gain in zip(shift, k, strict=True)]
     # First B = (I - k h) P, then B (I - k h)^T + k r k^T = B - (B h - k r) k^T. The bracket is
     # zero but for rounding: it takes back what the subtraction in B lost.
     B = _less_product(P, k, Ph)
     lost = [_dot(h, row) - gain * r for gain, row in zip(k, B, strict=True)]
-    return _less_product(B, lost, k), shift
+    return _less_product(B, lost, k), shift, surprise, spread
 
 
 def _less_product(P: Symmetric, x: Vector, y: Vector) -> Symmetric:

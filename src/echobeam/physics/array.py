@@ -1,133 +1,167 @@
-"""The uniform linear array: steering vectors and their derivatives, Eq. (4)."""
+"""The uniform linear array as a value: steering vectors, derivatives, responses, Eq. (4)."""
 
 from __future__ import annotations
 
 import math
-from typing import assert_never
+from dataclasses import dataclass
+from typing import Any, assert_never
 
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.faults import InputError
 from echobeam.physics.angles import exact_cosine, exact_sine
 from echobeam.values import Array, Axis, ComplexArray
 
 
-def directional_sine(theta: npt.ArrayLike, axis: Axis = "vertical") -> Array:
-    """Return what the array can tell of a direction: u in the phase 2 pi spacing m u of Eq. (4).
+class ArrayError(InputError):
+    """An array that cannot be built; the message names every fault."""
 
-    A linear array sees u and not the angle. With the vertical axis ``theta`` and ``pi - theta``
-    have the same u (an object ahead and its mirror image behind), with the horizontal one
-    ``theta`` and ``-theta`` have (the ground and the sky).
 
-    Parameters
+@dataclass(frozen=True, slots=True)
+class LinearArray:
+    """Uniform linear array of ``n`` elements.
+
+    Attributes
     ----------
-    theta
-        ``(...)`` rad: depression angle from the road's direction.
-    axis
-        ``"vertical"``: u = sin(theta), as in the paper; ``"horizontal"``: u = cos(theta).
-
-    Returns
-    -------
-    Array
-        ``(...)``, -1 to 1; NaN where ``theta`` is.
-    """
-    angle = np.asarray(theta, dtype=np.float64)
-    u: Array
-    match axis:
-        case "vertical":
-            u = np.sin(angle)
-        case "horizontal":
-            u = np.cos(angle)
-        case _:
-            assert_never(axis)
-    return u
-
-
-def directional_slope(theta: npt.ArrayLike, axis: Axis = "vertical") -> Array:
-    """Return du/dtheta of `directional_sine`: cos(theta) or -sin(theta).
-
-    Exactly zero where the array is blind to small changes of the angle: 90 degrees for the
-    vertical axis, 0 and 180 for the horizontal one.
-
-    Parameters
-    ----------
-    theta
-        ``(...)`` rad.
-    axis
-        As in `directional_sine`.
-    """
-    match axis:
-        case "vertical":
-            return exact_cosine(theta)
-        case "horizontal":
-            return -exact_sine(theta)
-        case _:
-            assert_never(axis)
-
-
-def steering_vector(
-    theta: npt.ArrayLike, n: int, spacing: float = 0.5, axis: Axis = "vertical"
-) -> ComplexArray:
-    """Return the steering vector a(theta) of Eq. (4): exp(j 2 pi spacing m u), m = 0 .. n - 1.
-
-    Parameters
-    ----------
-    theta
-        ``(...)`` rad.
     n
-        Number of antennas.
+        Number of elements.
     spacing
         Distance between neighbours in wavelengths, Delta d / lambda.
     axis
-        As in `directional_sine`.
+        ``"vertical"``: the phase follows sin(theta), as in the paper, so that ``theta`` and
+        ``pi - theta`` are one direction (an object ahead and its mirror image behind);
+        ``"horizontal"``: it follows cos(theta), and ``theta`` and ``-theta`` are one (the ground
+        and the sky).
 
-    Returns
-    -------
-    ComplexArray
-        ``(..., n)``, each entry of modulus 1; NaN where ``theta`` is.
+    Raises
+    ------
+    ArrayError
+        If there is no such array.
     """
-    phase = _phase_rate(n, spacing) * directional_sine(theta, axis)[..., np.newaxis]
-    vector = np.empty(phase.shape, dtype=np.complex128)
-    np.cos(phase, out=vector.real)  # several times faster than the complex exponential
-    np.sin(phase, out=vector.imag)
-    return vector
 
+    n: int
+    spacing: float = 0.5
+    axis: Axis = "vertical"
 
-def array_response(
-    beams: ComplexArray, theta: npt.ArrayLike, spacing: float = 0.5, axis: Axis = "vertical"
-) -> ComplexArray:
-    """Return what beams send in many directions, a(theta)^H w with a of Eq. (4).
+    def __post_init__(self) -> None:
+        faults = []
+        n: Any = self.n
+        if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 1:
+            faults.append(f"n must be a whole number from 1, not {n!r}")
+        spacing: Any = self.spacing
+        try:
+            positive = math.isfinite(spacing) and spacing > 0
+        except TypeError:
+            positive = False
+        if not positive:
+            faults.append(f"spacing must be a positive number of wavelengths, not {spacing!r}")
+        if self.axis not in ("vertical", "horizontal"):
+            faults.append(f"axis must be 'vertical' or 'horizontal', not {self.axis!r}")
+        if faults:
+            raise ArrayError("; ".join(faults))
 
-    The response is a polynomial in exp(-j 2 pi spacing u). It is evaluated in blocks of about
-    sqrt(N) coefficients, so that few exponentials have to be taken.
+    def frequency(self, theta: npt.ArrayLike) -> Array:
+        """Return the direction as the array sees it: u in the phase 2 pi spacing m u of Eq. (4).
 
-    Parameters
-    ----------
-    beams
-        ``(..., N)``, sqrt(power).
-    theta
-        ``(..., J)`` rad: the directions of each beam.
-    spacing, axis
-        As in `steering_vector`.
+        Parameters
+        ----------
+        theta
+            ``(...)`` rad: depression angle from the road's direction.
 
-    Returns
-    -------
-    ComplexArray
-        ``(..., J)``, sqrt(power); NaN where ``theta`` is.
-    """
-    n = beams.shape[-1]
-    block = math.isqrt(n - 1) + 1
-    blocks = -(-n // block)
-    rate = -2.0 * np.pi * spacing * directional_sine(theta, axis)
-    within = _powers(rate, block)
-    across = _powers(block * rate, blocks)
-    padded = np.zeros((*beams.shape[:-1], blocks * block), dtype=np.complex128)
-    padded[..., :n] = beams
-    coefficients = padded.reshape(*beams.shape[:-1], blocks, block)
-    response: ComplexArray = np.einsum(
-        "...jq,...jq->...j", within @ np.swapaxes(coefficients, -1, -2), across
-    )
-    return response
+        Returns
+        -------
+        Array
+            ``(...)``, sin(theta) or cos(theta) by `axis`; NaN where ``theta`` is.
+        """
+        angle = np.asarray(theta, dtype=np.float64)
+        match self.axis:
+            case "vertical":
+                u: Array = np.sin(angle)
+            case "horizontal":
+                u = np.cos(angle)
+            case _:
+                assert_never(self.axis)
+        return u
+
+    def slope(self, theta: npt.ArrayLike) -> Array:
+        """Return du/dtheta of `frequency`, ``(...)``: cos(theta) or -sin(theta).
+
+        Exactly zero where the array is blind to small changes of the angle: 90 degrees for the
+        vertical axis, 0 and 180 for the horizontal one.
+        """
+        match self.axis:
+            case "vertical":
+                return exact_cosine(theta)
+            case "horizontal":
+                return -exact_sine(theta)
+            case _:
+                assert_never(self.axis)
+
+    def phase(self, theta: npt.ArrayLike) -> Array:
+        """Return the phase step between neighbouring elements, ``(...)`` rad: 2 pi spacing u."""
+        step: Array = 2.0 * np.pi * self.spacing * self.frequency(theta)
+        return step
+
+    def steering(self, theta: npt.ArrayLike) -> ComplexArray:
+        """Return the steering vector a(theta) of Eq. (4): exp(j 2 pi spacing m u), m = 0 .. n - 1.
+
+        Parameters
+        ----------
+        theta
+            ``(...)`` rad.
+
+        Returns
+        -------
+        ComplexArray
+            ``(..., n)``, each entry of modulus 1; NaN where ``theta`` is.
+        """
+        phase = self._rate() * self.frequency(theta)[..., np.newaxis]
+        vector = np.empty(phase.shape, dtype=np.complex128)
+        np.cos(phase, out=vector.real)  # several times faster than the complex exponential
+        np.sin(phase, out=vector.imag)
+        return vector
+
+    def derivative(self, theta: npt.ArrayLike) -> ComplexArray:
+        """Return da/dtheta, ``(..., n)`` 1/rad: j 2 pi spacing m (du/dtheta) a(theta), Eq. (4)."""
+        phase_slope = self._rate() * self.slope(theta)[..., np.newaxis]
+        derivative: ComplexArray = 1j * phase_slope * self.steering(theta)
+        return derivative
+
+    def response(self, beams: ComplexArray, theta: npt.ArrayLike) -> ComplexArray:
+        """Return what beams send in many directions, a(theta)^H w with a of Eq. (4).
+
+        The response is a polynomial in exp(-j 2 pi spacing u). It is evaluated in blocks of about
+        sqrt(n) coefficients, so that few exponentials have to be taken.
+
+        Parameters
+        ----------
+        beams
+            ``(..., n)``, sqrt(power).
+        theta
+            ``(..., J)`` rad: the directions of each beam.
+
+        Returns
+        -------
+        ComplexArray
+            ``(..., J)``, sqrt(power); NaN where ``theta`` is.
+        """
+        block = math.isqrt(self.n - 1) + 1
+        blocks = -(-self.n // block)
+        rate = -self.phase(theta)
+        within = _powers(rate, block)
+        across = _powers(block * rate, blocks)
+        padded = np.zeros((*beams.shape[:-1], blocks * block), dtype=np.complex128)
+        padded[..., : self.n] = beams
+        coefficients = padded.reshape(*beams.shape[:-1], blocks, block)
+        response: ComplexArray = np.einsum(
+            "...jq,...jq->...j", within @ np.swapaxes(coefficients, -1, -2), across
+        )
+        return response
+
+    def _rate(self) -> Array:
+        rate: Array = 2.0 * np.pi * self.spacing * np.arange(self.n, dtype=np.float64)
+        return rate
 
 
 def _powers(phase: Array, count: int) -> ComplexArray:
@@ -136,27 +170,3 @@ def _powers(phase: Array, count: int) -> ComplexArray:
     turns[..., 0] = 1.0
     turns[..., 1:] = np.exp(1j * phase)[..., np.newaxis]
     return np.cumprod(turns, axis=-1, out=turns)
-
-
-def steering_derivative(
-    theta: npt.ArrayLike, n: int, spacing: float = 0.5, axis: Axis = "vertical"
-) -> ComplexArray:
-    """Return da/dtheta of Eq. (4): j 2 pi spacing m (du/dtheta) a(theta).
-
-    Parameters
-    ----------
-    theta, n, spacing, axis
-        As in `steering_vector`.
-
-    Returns
-    -------
-    ComplexArray
-        ``(..., n)``, 1/rad.
-    """
-    phase_slope = _phase_rate(n, spacing) * directional_slope(theta, axis)[..., np.newaxis]
-    derivative: ComplexArray = 1j * phase_slope * steering_vector(theta, n, spacing, axis)
-    return derivative
-
-
-def _phase_rate(n: int, spacing: float) -> Array:
-    return 2.0 * np.pi * spacing * np.arange(n, dtype=np.float64)

@@ -32,23 +32,22 @@ from typing import Literal, assert_never
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.array import directional_slope, steering_derivative, steering_vector
-from echobeam.values import Array, Axis, Transmission
+from echobeam.physics.array import LinearArray
+from echobeam.values import Array, Transmission
 
 Crb = Literal["paper", "exact"]
 
 
 def measurement_variance(
-    transmission: Transmission,
+    sent: Transmission,
     theta: npt.ArrayLike,
     snr: npt.ArrayLike,
+    transmitter: LinearArray,
+    receiver: LinearArray,
     *,
     crb: Crb,
-    n_rx: int,
     bandwidth: float,
     pulse_length: float,
-    spacing: float = 0.5,
-    axis: Axis = "vertical",
 ) -> Array:
     """Return the Cramer-Rao bounds of angle, delay and Doppler, Eq. (20) to Eq. (23).
 
@@ -62,38 +61,35 @@ def measurement_variance(
 
     Parameters
     ----------
-    transmission
-        What was sent; ``(..., K, N)`` inside.
+    sent
+        What was sent; ``(..., C, N)`` inside.
     theta
         ``(..., K)`` rad.
     snr
         ``(..., K)``: echo SNR per receive antenna, Eq. (14) and Eq. (16).
+    transmitter, receiver
+        The two arrays, of N_t and N_r antennas.
     crb
         ``"paper"`` or ``"exact"``.
-    n_rx
-        Number of receive antennas N_r.
     bandwidth
         Hz. ``"paper"``: kappa, as it stands. ``"exact"``: the width of the flat spectrum.
     pulse_length
         s. ``"paper"``: iota, as it stands. ``"exact"``: the length of the rectangular pulse.
-    spacing, axis
-        As in `echobeam.physics.array.steering_vector`, for both arrays.
 
     Returns
     -------
     Array
         ``(..., K, 3)``: rad^2, s^2, Hz^2; NaN for absent objects.
     """
-    n_tx = transmission.beams.shape[-1]
     match crb:
         case "paper":
-            per_echo = float(n_tx * n_rx)
-            aperture = square_aperture(theta, n_tx, spacing, axis)
+            per_echo = float(transmitter.n * receiver.n)
+            aperture = square_aperture(theta, transmitter)
             delay, doppler = bandwidth**2, pulse_length**2
         case "exact":
-            per_echo = 2.0 * n_rx
-            aperture = square_aperture(theta, n_rx, spacing, axis) + transmit_aperture(
-                transmission, theta, spacing=spacing, axis=axis
+            per_echo = 2.0 * receiver.n
+            aperture = square_aperture(theta, receiver) + transmit_aperture(
+                sent, theta, transmitter
             )
             delay, doppler = _mean_square_rate(bandwidth), _mean_square_rate(pulse_length)
         case _:
@@ -122,36 +118,30 @@ def effective_variance(variance: Array, snr: npt.ArrayLike) -> Array:
     return np.where(heard & np.isfinite(variance), variance, np.inf)
 
 
-def square_aperture(
-    theta: npt.ArrayLike, n: int, spacing: float = 0.5, axis: Axis = "vertical"
-) -> Array:
-    """Return xi^2 of Eq. (23): the variance of the phase slopes over ``n`` antennas.
+def square_aperture(theta: npt.ArrayLike, array: LinearArray) -> Array:
+    """Return xi^2 of Eq. (23): the variance of the phase slopes over an array's antennas.
 
     Departs: the antenna spacing takes the place of the printed distance d_k, xi^2 =
     (2 pi Delta d / lambda)^2 cos^2(theta) (n^2 - 1) / 12.
 
     Parameters
     ----------
-    theta, n, spacing, axis
-        As in `echobeam.physics.array.steering_vector`.
+    theta
+        ``(...)`` rad.
+    array
+        Of n antennas.
 
     Returns
     -------
     Array
         ``(...)``, 1/rad^2.
     """
-    slope = 2.0 * np.pi * spacing * directional_slope(theta, axis)
-    aperture: Array = slope**2 * ((n**2 - 1) / 12.0)
+    slope = 2.0 * np.pi * array.spacing * array.slope(theta)
+    aperture: Array = slope**2 * ((array.n**2 - 1) / 12.0)
     return aperture
 
 
-def transmit_aperture(
-    transmission: Transmission,
-    theta: npt.ArrayLike,
-    *,
-    spacing: float = 0.5,
-    axis: Axis = "vertical",
-) -> Array:
+def transmit_aperture(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -> Array:
     """Return xi_t^2, what the transmitted covariance adds to the square aperture; see the module.
 
     With C = F F^H it is |f' - f (f^H f') / |f|^2|^2 / |f|^2 for f = F^H a, f' = F^H a': what a
@@ -160,19 +150,19 @@ def transmit_aperture(
 
     Parameters
     ----------
-    transmission, theta, spacing, axis
+    sent, theta
         As in `measurement_variance`.
+    array
+        The transmit array.
 
     Returns
     -------
     Array
         ``(..., K)``, 1/rad^2; zero where no power goes (there is no echo to learn from).
     """
-    n_tx = transmission.beams.shape[-1]
-    a = steering_vector(theta, n_tx, spacing, axis)
-    slope = steering_derivative(theta, n_tx, spacing, axis)
-    correlated = np.conj(np.swapaxes(transmission.beams, -1, -2))
-    single = np.sqrt(np.sum(transmission.antenna_power, axis=-2) + transmission.probing)
+    a, slope = array.steering(theta), array.derivative(theta)
+    correlated = np.conj(np.swapaxes(sent.beams, -1, -2))
+    single = np.sqrt(np.sum(sent.antenna_power, axis=-2) + sent.probing)
     single = single[..., np.newaxis, :]
     f = np.concatenate([a @ correlated, a * single], axis=-1)
     df = np.concatenate([slope @ correlated, slope * single], axis=-1)

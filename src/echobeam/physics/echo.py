@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.physics.array import LinearArray
 from echobeam.physics.link import stream_gains
-from echobeam.values import Array, Axis, ComplexArray, Transmission
+from echobeam.values import Array, ComplexArray, Transmission
 
 
 def reflection_coefficient(rcs: complex, d: npt.ArrayLike) -> ComplexArray:
@@ -30,21 +31,15 @@ def reflection_coefficient(rcs: complex, d: npt.ArrayLike) -> ComplexArray:
     return beta
 
 
-def illumination(
-    transmission: Transmission,
-    theta: npt.ArrayLike,
-    *,
-    spacing: float = 0.5,
-    axis: Axis = "vertical",
-) -> Array:
+def illumination(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -> Array:
     """Return a(theta)^H C a(theta), C all that is sent: the power towards each object, at 1 m.
 
     It is P_T in every direction in omnidirectional slots, Eq. (6) and Eq. (14), and the sum over
-    beams of |a^H w_i|^2 in directional ones, Eq. (16), at most N_t P_T.
+    beams of |a^H w_c|^2 in directional ones, Eq. (16), at most N_t P_T.
 
     Parameters
     ----------
-    transmission, theta, spacing, axis
+    sent, theta, array
         As in `echobeam.physics.link.stream_gains`.
 
     Returns
@@ -52,21 +47,21 @@ def illumination(
     Array
         ``(..., K)``, power; NaN for absent objects.
     """
-    gains = stream_gains(transmission, theta, spacing=spacing, axis=axis)
-    total: Array = np.sum(gains, axis=-1) + np.sum(transmission.probing, axis=-1)[..., np.newaxis]
-    return total
+    gains = stream_gains(sent, theta, array)
+    total: Array = np.sum(gains, axis=-1) + np.sum(sent.probing, axis=-1)[..., np.newaxis]
+    # Without streams the sum is zero even for an absent object.
+    return np.where(np.isnan(np.asarray(theta, dtype=np.float64)), np.nan, total)
 
 
 def echo_snr(
-    transmission: Transmission,
+    sent: Transmission,
     theta: npt.ArrayLike,
     d: npt.ArrayLike,
+    array: LinearArray,
     *,
     rcs: complex,
     gain: float,
     noise: float,
-    spacing: float = 0.5,
-    axis: Axis = "vertical",
 ) -> Array:
     """Return the echo's SNR G_m |beta|^2 a^H C a / sigma^2 of one receive antenna.
 
@@ -75,7 +70,7 @@ def echo_snr(
 
     Parameters
     ----------
-    transmission, theta, spacing, axis
+    sent, theta, array
         As in `illumination`.
     d
         ``(..., K)`` m.
@@ -92,7 +87,7 @@ def echo_snr(
         ``(..., K)``; NaN for absent objects, infinite at d = 0 if any power goes there.
     """
     beta = reflection_coefficient(rcs, d)
-    power = illumination(transmission, theta, spacing=spacing, axis=axis)
+    power = illumination(sent, theta, array)
     with np.errstate(invalid="ignore"):  # no power on an object at d = 0: NaN
         snr: Array = gain * np.abs(beta) ** 2 * power / noise
     return snr

@@ -1,4 +1,9 @@
-"""How the UAV and the objects really move: exact geometry, Eq. (25) to Eq. (28)."""
+"""True motion of the UAV and of the objects in ground coordinates: exact, slot by slot.
+
+Ground coordinates are x along the road, y across it and z above ground, m. The displacements of
+Eq. (26) and Eq. (27) are differences of these positions; angle and distance of Eq. (25) and
+Eq. (28) are what the UAV sees of them (`echobeam.physics.geometry`).
+"""
 
 from __future__ import annotations
 
@@ -8,112 +13,76 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.physics.angles import exact_cosine, exact_sine
-from echobeam.values import Array
+from echobeam.values import Array, UavState
 
 MIN_HEIGHT = 1.0
 """Height at which a sinking UAV levels off, m: at the ground every angle would be 0 or 180."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class UavPath:
-    """The UAV's flight, slot by slot.
-
-    Attributes
-    ----------
-    height, x
-        ``(n,)`` m: where it is at the beginning of the slot, above ground and along the road.
-    speed, heading
-        ``(n,)`` m/s and rad: its velocity until the beginning of the next.
-    """
-
-    height: Array
-    x: Array
-    speed: Array
-    heading: Array
-
-
-def uav_path(
-    height: float,
-    speed: float,
-    heading: float,
-    slot_duration: float,
-    n_slots: int,
-    floor: float = MIN_HEIGHT,
-) -> UavPath:
-    """Return a flight at constant velocity that levels off at the floor.
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """Flight at constant velocity in the road's vertical plane that levels off at a floor.
 
     In the slot in which it would cross the floor the vertical velocity is such that the slot
     ends exactly there, and zero afterwards; the horizontal velocity is kept throughout. A UAV
     that starts below the floor does not sink any further. The paper does not say what happens
     at the ground, which it would reach after 6.7 s at 15 m/s from 100 m.
 
-    Parameters
+    Attributes
     ----------
     height
-        m above ground, at time 0.
+        m above ground, at time 0; x and y are 0 there.
     speed, heading
         v^u, m/s, and theta^u, rad above the horizontal (-pi/2 sinks).
     slot_duration
-        s.
-    n_slots
-        Number of slots.
+        DT, s.
     floor
         m above ground.
     """
-    sideways, climb = speed * exact_cosine(heading), speed * exact_sine(heading)
-    elapsed = slot_duration * np.arange(n_slots + 1)
-    unbounded = height + climb * elapsed
-    heights = unbounded if climb >= 0 else np.maximum(unbounded, min(floor, height))
-    bent = heights[1:] != unbounded[1:]
-    climbs = np.diff(heights) / slot_duration
-    return UavPath(
-        height=heights[:-1],
-        x=sideways * elapsed[:-1],
-        speed=np.where(bent, np.hypot(sideways, climbs), speed),
-        heading=np.where(bent, np.arctan2(climbs, sideways), heading),
-    )
+
+    height: float
+    speed: float
+    heading: float
+    slot_duration: float
+    floor: float = MIN_HEIGHT
+
+    def at(self, slot: int) -> UavState:
+        """Return the UAV's position and velocity in a slot, counted from 0."""
+        sideways = self.speed * float(exact_cosine(self.heading))
+        climb = self.speed * float(exact_sine(self.heading))
+        here, there = self._height(climb, slot), self._height(climb, slot + 1)
+        unbounded = self.height + climb * self.slot_duration * (slot + 1)
+        bent = there != unbounded
+        vertical = (there - here) / self.slot_duration if bent else climb
+        return UavState(
+            position=np.array([sideways * self.slot_duration * slot, 0.0, here]),
+            velocity=np.array([sideways, 0.0, vertical]),
+        )
+
+    def _height(self, climb: float, slot: int) -> float:
+        unbounded = self.height + climb * self.slot_duration * slot
+        return unbounded if climb >= 0 else max(unbounded, min(self.floor, self.height))
 
 
-def move_object(
-    theta: npt.ArrayLike,
-    d: npt.ArrayLike,
-    v: npt.ArrayLike,
-    acceleration: npt.ArrayLike,
-    uav_speed: Array | float,
-    uav_heading: Array | float,
-    slot_duration: float,
-) -> tuple[Array, Array, Array]:
-    """Return an object's state one slot later, as seen from the UAV, by exact geometry.
+def move_along_road(
+    x: npt.ArrayLike, v: npt.ArrayLike, acceleration: npt.ArrayLike, slot_duration: float
+) -> tuple[Array, Array]:
+    """Return position and velocity along the road one slot later.
 
-    The displacements relative to the UAV are I = v^u sin(theta^u) DT, Eq. (26), in height and
-    II = v DT + a DT^2 / 2 - v^u cos(theta^u) DT, Eq. (27) with acceleration, along the road; the
-    new distance is that of Eq. (25) and Eq. (28). Acceleration goes on when the object has come to
-    a stop, so that it reverses. The UAV does not go below the ground: the angle stays within 0
-    to 180 degrees, and is 0 by definition when the UAV stands on the object (d = 0).
+    x + v DT + a DT^2 / 2 and v + a DT: Eq. (27) with acceleration. Acceleration goes on when the
+    object has come to a stop, so that it reverses.
 
     Parameters
     ----------
-    theta, d, v
-        ``(...)`` rad, m, m/s (over ground, along the road); NaN for absent objects.
-    acceleration
-        ``(...)`` or scalar, m/s^2, along the road.
-    uav_speed, uav_heading
-        v^u, m/s, and theta^u, rad, during the slot.
+    x, v, acceleration
+        ``(...)`` m, m/s, m/s^2; NaN for absent objects.
     slot_duration
         DT, s.
-
-    Returns
-    -------
-    tuple of Array
-        theta, d, v, each ``(...)``.
     """
-    distance, velocity = np.asarray(d, dtype=np.float64), np.asarray(v, dtype=np.float64)
+    velocity = np.asarray(v, dtype=np.float64)
     gain = np.asarray(acceleration, dtype=np.float64) * slot_duration
-    rise = uav_speed * exact_sine(uav_heading) * slot_duration
-    advance = (velocity + 0.5 * gain - uav_speed * exact_cosine(uav_heading)) * slot_duration
-    height = np.maximum(distance * exact_sine(theta) + rise, 0.0)
-    x = distance * exact_cosine(theta) + advance
-    return np.arctan2(height, x), np.hypot(height, x), velocity + gain
+    moved = np.asarray(x, dtype=np.float64) + (velocity + 0.5 * gain) * slot_duration
+    return moved, velocity + gain
 
 
 def initial_distance(theta: npt.ArrayLike, height: npt.ArrayLike) -> Array:

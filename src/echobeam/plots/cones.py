@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.motion import uav_path
-from echobeam.physics.position import offset, offset_cov
+from echobeam.physics.geometry import offset, offset_cov
 from echobeam.simulation.forecast import MOST_SLOTS, SIGMAS, forecasts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from echobeam.scenario.model import Scenario
+    from echobeam.schemes.base import System
     from echobeam.values import Array
 
 _SHORT = 20
@@ -49,7 +48,12 @@ def chosen_slots(stay: slice) -> list[int]:
 
 
 def make_cones(
-    mean: Array, cov: Array, starts: Sequence[int], end: int, scenario: Scenario
+    mean: Array,
+    cov: Array,
+    starts: Sequence[int],
+    end: int,
+    uav: tuple[Array, Array],
+    system: System,
 ) -> list[Cone]:
     """Return the forecasts of one object from some slots, in one trial.
 
@@ -62,22 +66,23 @@ def make_cones(
         ``(n, 3)`` and ``(n, 3, 3)``: posteriors of all slots.
     starts, end
         Slots counted from 0, ascending, and the one after the stay's last.
-    scenario
-        What was run.
+    uav
+        Position and velocity of the UAV, ``(n, 3)`` m and m/s.
+    system
+        The system of the scheme, with the settings of its filter.
     """
-    uav = scenario.uav
-    path = uav_path(uav.height, uav.speed, uav.heading, scenario.frame.slot, len(mean), uav.floor)
+    position, velocity = uav
     cones = []
     for start, stop in zip(starts, [*starts, end - 1][1:], strict=True):
         if not (np.diagonal(cov[start]) > 0).all():
             continue
         here = mean[None, start, None], cov[None, start, None]
         most = min(stop - start, MOST_SLOTS)
-        ahead = list(forecasts(*here, np.array([start]), most, path, scenario))
+        ahead = list(forecasts(*here, np.array([start]), most, velocity, system))
         states = np.stack([mean[start], *(one.mean[0, 0] for one in ahead)])
         covs = np.stack([cov[start], *(one.cov[0, 0] for one in ahead)])
         slots = np.arange(start, start + len(states))
-        centres = path.x[slots] + offset(states)[:, 0]
+        centres = position[slots, 0] + offset(states)[:, 0]
         cones.append(Cone(slots, centres, np.sqrt(offset_cov(states, covs)[:, 0, 0])))
     return cones
 

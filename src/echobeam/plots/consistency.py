@@ -13,9 +13,8 @@ from echobeam.estimation.consistency import chi_square_band, share_band
 from echobeam.plots import style
 from echobeam.plots.setting import check_variables, read_scenario, read_setting
 from echobeam.plots.slot_axis import label_slots, limit_slots, shade_phases
-from echobeam.simulation.digest import NEEDED, Digest
-from echobeam.simulation.summary import GENIE, digest_result, over_bound, ratio_of_means
-from echobeam.simulation.summary import scheme_digest as one_scheme
+from echobeam.simulation.statistics import NEEDED, Statistics, of_scheme
+from echobeam.simulation.summary import GENIE, over_bound, ratio_of_means, result_statistics
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,8 +65,8 @@ def draw(result: xr.Dataset) -> Figure:
       variables, over trials and objects. Where schemes have different numbers of them the band
       is that of the fewest. Known objects are not measured in omnidirectional slots: NIS has a
       gap there, and NEES is that of the prediction.
-    - The share of true angles inside the interval of (38f) around the prediction, with the 95 %
-      band of a binomial share, and what a Gaussian promises for its width.
+    - The share of true angles inside the interval of (38f) that the beams were designed to
+      cover, with the 95 % band of a binomial share, and what a Gaussian promises for its width.
     - RMSE of angle and distance over the posterior Cramer-Rao bound, see `over_bound`.
     - Mean sum rate over the genie's, with the 95 % interval over paired trials.
 
@@ -112,9 +111,9 @@ def _draw_panels(
     """Draw all panels and return the legend's entries."""
     names = [str(name) for name in result["scheme"].values]
     looks = style.scheme_looks(names)
-    whole, slots = digest_result(result, scenario), result["slot"].values.astype(float)
+    whole, slots = result_statistics(result, scenario), result["slot"].values.astype(float)
     pooled = scenario.frame.slots_per_frame if by_frame else 1
-    parts = [_pooled(one_scheme(whole, index), pooled, scenario) for index in range(len(names))]
+    parts = [_pooled(of_scheme(whole, index), pooled, scenario) for index in range(len(names))]
     centres = slots.reshape(-1, pooled).mean(axis=1)
     drawn: dict[str, Line2D] = {}
     for one, panel in zip(axes, panels(parts, names, scenario, pooled), strict=True):
@@ -122,7 +121,7 @@ def _draw_panels(
     return [*(drawn[name] for name in names if name in drawn), *_legend(parts, pooled)]
 
 
-def _pooled(part: Digest, pooled: int, scenario: Scenario) -> Digest:
+def _pooled(part: Statistics, pooled: int, scenario: Scenario) -> Statistics:
     """Return sums over each frame instead of each slot, and the errors over their bound."""
 
     def over_frames(values: Array) -> Array:
@@ -139,7 +138,7 @@ def _pooled(part: Digest, pooled: int, scenario: Scenario) -> Digest:
 
 
 def panels(
-    parts: Sequence[Digest], names: Sequence[str], scenario: Scenario, pooled: int = 1
+    parts: Sequence[Statistics], names: Sequence[str], scenario: Scenario, pooled: int = 1
 ) -> list[Panel]:
     """Return what is drawn, from every scheme's sums over ``pooled`` slots each."""
     width = scenario.coverage.width
@@ -156,21 +155,21 @@ def panels(
     ]
 
 
-def nees_curves(parts: Sequence[Digest], pooled: int = 1) -> Curves:
+def nees_curves(parts: Sequence[Statistics], pooled: int = 1) -> Curves:
     """Return the normalised estimation errors squared; 3 state components."""
     count = np.stack([part["nees_count"] for part in parts])
     values = _ratio(np.stack([part["nees"] for part in parts]), count)
     return Curves(values, 3.0, _band(count / pooled, lambda n: chi_square_band(3, n)))
 
 
-def nis_curves(parts: Sequence[Digest]) -> Curves:
+def nis_curves(parts: Sequence[Statistics]) -> Curves:
     """Return the normalised innovations squared per measured component."""
     degrees = np.stack([part["nis_degrees"] for part in parts])
     values = _ratio(np.stack([part["nis"] for part in parts]), degrees)
     return Curves(values, 1.0, _band(degrees, lambda n: chi_square_band(1, n)))
 
 
-def cover_curves(parts: Sequence[Digest], width: float, pooled: int = 1) -> Curves:
+def cover_curves(parts: Sequence[Statistics], width: float, pooled: int = 1) -> Curves:
     """Return the shares of true angles inside the covered interval, per cent."""
     from scipy.special import erf
 
@@ -181,7 +180,7 @@ def cover_curves(parts: Sequence[Digest], width: float, pooled: int = 1) -> Curv
     return Curves(100.0 * values, 100.0 * promised, 100.0 * band)
 
 
-def genie_curves(parts: Sequence[Digest], names: Sequence[str]) -> Curves:
+def genie_curves(parts: Sequence[Statistics], names: Sequence[str]) -> Curves:
     """Return the other schemes' mean sum rates over the genie's, over paired trials."""
     shape = (len(names), parts[0]["sum_rate"].shape[1])
     values, intervals = np.full(shape, np.nan), np.full((*shape, 2), np.nan)
@@ -262,7 +261,7 @@ def _draw_band(axes: Axes, slots: Array, band: Array) -> None:
     axes.fill_between(edges, low, high, color=_BAND, linewidth=0, zorder=1.2)
 
 
-def _legend(parts: Sequence[Digest], pooled: int) -> list[Artist]:
+def _legend(parts: Sequence[Statistics], pooled: int) -> list[Artist]:
     """Return what the band and the line mean, with the degrees of freedom."""
     nees = 3 * np.concatenate([part["nees_count"] for part in parts]) / pooled
     nis = np.concatenate([part["nis_degrees"] for part in parts])

@@ -50,7 +50,9 @@ def draw(result: xr.Dataset) -> Figure:
     PlotError
         If the result lacks variables of a run.
     """
-    check_variables(result, "truth", "present", "predicted", "estimated", "estimated_cov", "phase")
+    check_variables(
+        result, "truth", "identity", "uav_velocity", "predicted", "estimated", "estimated_cov"
+    )
     setting, scenario = read_setting(result), read_scenario(result)
     figure = style.new_figure(style.PAGE, 2.9)
     axes = list(figure.subplots(1, 3, sharex=True))

@@ -1,4 +1,4 @@
-"""Where things are above the road: the UAV's path and the objects' positions relative to it."""
+"""Positions above the road: the UAV's path, the objects and their tracks."""
 
 from __future__ import annotations
 
@@ -7,16 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from echobeam.physics.motion import uav_path
-from echobeam.physics.position import offset, offset_cov
-from echobeam.plots.setting import Setting
+from echobeam.physics.geometry import offset, offset_cov
 from echobeam.simulation.forecast import same_object
-from echobeam.values import STATE, Array, BoolArray
+from echobeam.values import NOBODY, Array, IntArray
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_VELOCITY = STATE.index("velocity")
 
 
 class Scene(NamedTuple):
@@ -35,16 +31,15 @@ class Scene(NamedTuple):
     stretches: list[list[slice]]
 
 
-def read_scene(result: xr.Dataset, scheme: str, trial: int, setting: Setting) -> Scene:
+def read_scene(result: xr.Dataset, scheme: str, trial: int) -> Scene:
     """Return the positions in one trial (counted from 0) of one scheme."""
-    names = ["truth", "present", "predicted", "estimated", "estimated_cov"]
+    names = ["identity", "position", "uav_position", "predicted", "estimated", "estimated_cov"]
     one = result[names].isel(trial=trial).sel(scheme=scheme)
-    one = one.transpose("slot", "object", "state", "state_b")
-    present = one["present"].values.astype(bool)
-    truth = np.where(present[..., None], one["truth"].values, np.nan)
-    time = result["time"].values
-    uav = flight(time, setting)
-    true = uav[:, None] + offset(truth)
+    one = one.transpose("slot", "object", "state", "state_b", "axis")
+    plane = [0, 2]  # along the road, and height
+    uav = one["uav_position"].values[:, plane]
+    true = one["position"].values[..., plane]
+    identity = one["identity"].values
     estimated = one["estimated"].values
     return Scene(
         uav=uav,
@@ -52,38 +47,20 @@ def read_scene(result: xr.Dataset, scheme: str, trial: int, setting: Setting) ->
         predicted=uav[:, None] + offset(one["predicted"].values),
         estimated=uav[:, None] + offset(estimated),
         spread=offset_cov(estimated, one["estimated_cov"].values),
-        stretches=[
-            occupants(true[:, k], truth[:, k, _VELOCITY], time) for k in range(truth.shape[1])
-        ],
+        stretches=[occupants(identity[:, k]) for k in range(identity.shape[1])],
     )
 
 
-def flight(time: Array, setting: Setting) -> Array:
-    """Return the UAV's path ``(slot, 2)``, m; it stays at 0 if its height is not known."""
-    if setting.height is None or time.size < 2:
-        return np.broadcast_to([0.0, setting.height or 0.0], (time.size, 2))
-    step = float(time[1] - time[0])
-    path = uav_path(setting.height, setting.speed, setting.heading, step, time.size, setting.floor)
-    return np.stack([path.x, path.height], axis=-1)
-
-
-def occupants(true: Array, velocity: Array, time: Array) -> list[slice]:
+def occupants(identity: IntArray) -> list[slice]:
     """Return the stretches of slots in which one object's column holds one and the same object.
-
-    In traffic a column passes to another object when the first has left. A stretch ends where
-    the position is NaN or jumps by more than the velocity can explain.
 
     Parameters
     ----------
-    true
-        ``(slot, 2)`` m: the column's true positions.
-    velocity
-        ``(slot,)`` m/s along the road.
-    time
-        ``(slot,)`` s.
+    identity
+        ``(slot,)``: who is in the column.
     """
-    there: BoolArray = np.asarray(np.isfinite(true).all(axis=-1))
-    step = float(time[1] - time[0]) if time.size > 1 else 0.0
-    same = np.append(False, same_object(true[:, :1], velocity[:, None], step)[:, 0])
-    breaks = np.append(np.flatnonzero(~same), there.size)
-    return [slice(int(start), int(end)) for start, end in pairwise(breaks) if there[start]]
+    same = np.append(False, same_object(identity[:, None])[:, 0])
+    breaks = np.append(np.flatnonzero(~same), identity.size)
+    return [
+        slice(int(start), int(end)) for start, end in pairwise(breaks) if identity[start] != NOBODY
+    ]

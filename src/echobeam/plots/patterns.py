@@ -16,7 +16,6 @@ from echobeam.plots.beams import (
     BeamRun,
     beam_gain,
     believed_angles,
-    coverage_halfwidths,
     has_beam,
     read_beams,
 )
@@ -28,6 +27,8 @@ from echobeam.plots.setting import (
     choose_scheme,
     read_setting,
 )
+from echobeam.simulation.statistics import cover_centre
+from echobeam.values import Mode
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +61,7 @@ def draw(
     """Draw the beam patterns of one trial in chosen slots, one curve per object.
 
     Vertical lines are the true (solid) and predicted (dashed) angles; the shaded band is what
-    Eq. (38f) covers, see `coverage_halfwidths`. A vertical array cannot tell theta from
+    the beam was designed to cover, Eq. (38f). A vertical array cannot tell theta from
     180 deg - theta, so every lobe has its mirror.
 
     Parameters
@@ -79,12 +80,10 @@ def draw(
     PlotError
         If the result holds no beams, or not this scheme, trial or slot.
     """
-    check_variables(
-        result, "truth", "present", "predicted", "estimated", "measured_var", "beam", "phase"
-    )
+    check_variables(result, "truth", "present", "predicted", "estimated", "covered", "beam", "mode")
     check_trial(result, trial)
     name = choose_scheme(result, scheme)
-    run, setting = read_beams(result, name, trial), read_setting(result)
+    run, setting = read_beams(result, name, trial), read_setting(result, name)
     chosen = choose_slots(run, slots)
     objects = _choose_objects(run, chosen)
     columns = min(_COLUMNS, len(chosen))
@@ -137,7 +136,7 @@ def _busiest_frame(run: BeamRun) -> tuple[int, int]:
     so is one that is always directional.
     """
     beams = has_beam(run).sum(axis=1)
-    starts = np.flatnonzero(run.phase != "directional")
+    starts = np.flatnonzero(run.mode != Mode.DIRECTIONAL)
     bounds = np.unique([0, *starts, len(beams)]) if beams.any() else np.array([0, len(beams)])
     busiest = int(np.argmax(np.add.reduceat(beams, bounds[:-1])))
     return int(bounds[busiest]), int(bounds[busiest + 1])
@@ -152,12 +151,12 @@ def _choose_objects(run: BeamRun, chosen: Sequence[int]) -> list[int]:
 def _draw_panel(
     axes: Axes, run: BeamRun, index: int, objects: Sequence[int], setting: Setting
 ) -> None:
-    phase = str(run.phase[index])
-    directional = phase == "directional"
-    axes.set_title(f"slot {run.slot[index]}" + ("" if directional else f" ({phase})"))
+    mode = Mode(int(run.mode[index]))
+    directional = mode == Mode.DIRECTIONAL
+    axes.set_title(f"slot {run.slot[index]}" + ("" if directional else f" ({mode.name.lower()})"))
     axes.axhline(float(_decibel(setting.power)), **(_LEVEL if directional else _OMNI))
     believed = believed_angles(run, index)
-    covered = coverage_halfwidths(run, index, setting.width, setting.max_halfwidth)
+    centre = cover_centre(run.predicted, run.estimated, setting.centre)[index]
     beamed = has_beam(run)[index]
     for k in objects:
         colour = style.object_look(k).colour
@@ -166,9 +165,9 @@ def _draw_panel(
         if np.isfinite(believed[k]):
             axes.axvline(np.rad2deg(believed[k]), color=colour, zorder=1.6, **_PREDICTED)
         if beamed[k]:
-            _draw_coverage(axes, believed[k], covered[k], colour)
+            _draw_coverage(axes, centre[k], run.covered[index, k], colour)
         if beamed[k]:
-            gain = beam_gain(run.beams[index, k], _GRID, setting.spacing, setting.axis)
+            gain = beam_gain(run.beams[index, k], _GRID, setting.array)
             look = style.object_look(k)
             axes.plot(
                 np.rad2deg(_GRID),
@@ -217,7 +216,7 @@ def _legend(run: BeamRun, objects: Sequence[int], setting: Setting) -> list[Arti
     if objects:
         handles.append(Line2D([], [], color="0.3", label="true angle", **_TRUE))
         handles.append(Line2D([], [], color="0.3", label="predicted angle", **_PREDICTED))
-        band = rf"prediction ± {setting.width:g}$\sigma_\theta$"
+        band = rf"covered, ± {setting.width:g}$\sigma_\theta$"
         handles.append(Patch(facecolor="0.3", alpha=0.25, linewidth=0, label=band))
     else:
         handles.append(Line2D([], [], linestyle="", label="no objects in these slots"))

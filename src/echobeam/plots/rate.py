@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
 
 from echobeam.plots import style
-from echobeam.plots.series import has_rate, sum_rate
+from echobeam.plots.series import has_rate, sum_rates
 from echobeam.plots.setting import check_variables, read_setting
 from echobeam.plots.slot_axis import label_slots, limit_slots, shade_phases
 from echobeam.simulation.summary import Improvement, improvement, mean_interval
@@ -43,7 +43,7 @@ def draw(result: xr.Dataset) -> Figure:
     PlotError
         If the result holds no rates.
     """
-    check_variables(result, "rate", "phase")
+    check_variables(result, "rate", "present", "phase")
     setting = read_setting(result)
     figure = style.new_figure(style.COLUMN, 2.75)
     figure.suptitle(setting.title(width=52))
@@ -65,7 +65,7 @@ def _draw_schemes(axes: Axes, result: xr.Dataset) -> list[Artist]:
     names = [str(name) for name in result["scheme"].values]
     looks = style.scheme_looks(names)
     slots = result["slot"].values
-    rates = sum_rate(result)
+    rates = sum_rates(result)
     handles: list[Artist] = []
     drawn: dict[str, Array] = {}
     for i, (name, usable) in enumerate(zip(names, has_rate(result), strict=True)):

@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from echobeam.estimation.gaussian import wrap
+from echobeam.simulation.statistics import (
+    Statistics,
+    error_sums,
+    join,
+    of_scheme,
+    posterior_errors,
+    rmse,
+    sum_rate,
+)
 from echobeam.values import Array, BoolArray
 
 if TYPE_CHECKING:
@@ -26,13 +34,11 @@ class Errors(NamedTuple):
     trials: Array
 
 
-def sum_rate(result: xr.Dataset) -> Array:
-    """Return the rate summed over the objects, ``(scheme, trial, slot)``, bit/s/Hz.
-
-    An object without a rate (not in the scene) adds nothing.
-    """
+def sum_rates(result: xr.Dataset) -> Array:
+    """Return the rate summed over the objects, ``(scheme, trial, slot)`` bit/s/Hz."""
     rate = result["rate"].transpose("scheme", "trial", "slot", "object").values
-    return np.asarray(np.nansum(rate, axis=-1), dtype=float)
+    present = result["present"].transpose("trial", "slot", "object").values.astype(bool)
+    return sum_rate(rate, present)
 
 
 def has_rate(result: xr.Dataset) -> BoolArray:
@@ -50,14 +56,15 @@ def estimation_errors(result: xr.Dataset, component: str) -> Errors:
     component
         ``"angle"`` (rad, differences wrapped), ``"distance"`` (m) or ``"velocity"`` (m/s).
     """
-    shape = tuple(result.sizes[name] for name in ("scheme", "slot", "object"))
-    square, trials = np.zeros(shape), np.zeros(shape)
+    sums: list[Statistics] = []
     for first in range(0, result.sizes["trial"], CHUNK):
-        part = result[["truth", "present", "estimated"]].isel(trial=slice(first, first + CHUNK))
-        error = _errors(part.sel(state=component), component)
-        square += np.nansum(error**2, axis=1)
-        trials += np.isfinite(error).sum(axis=1)
-    return Errors(_root_ratio(square.sum(axis=-1), trials.sum(axis=-1)), trials)
+        part = result[["truth", "estimated"]].isel(trial=slice(first, first + CHUNK))
+        truth = part["truth"].transpose("trial", "slot", "object", "state").values
+        estimated = part["estimated"].transpose("scheme", "trial", "slot", "object", "state").values
+        sums.append(error_sums(posterior_errors(estimated, truth)))
+    whole = join(sums)
+    rows = [rmse(of_scheme(whole, index), component) for index in range(result.sizes["scheme"])]
+    return Errors(np.stack(rows), whole["errors"])
 
 
 def pooled_bound(result: xr.Dataset, component: str, trials: Array) -> Array | None:
@@ -84,15 +91,6 @@ def pooled_bound(result: xr.Dataset, component: str, trials: Array) -> Array | N
     weight = np.where(np.isfinite(bound), trials, 0.0)
     square = np.where(np.isfinite(bound), bound, 0.0) ** 2
     return _root_ratio((weight * square).sum(axis=-1), weight.sum(axis=-1))
-
-
-def _errors(part: xr.Dataset, component: str) -> Array:
-    """Return ``(scheme, trial, slot, object)``: errors; NaN for objects that are not there."""
-    truth = part["truth"].transpose("trial", "slot", "object").values
-    present = part["present"].transpose("trial", "slot", "object").values.astype(bool)
-    estimated = part["estimated"].transpose("scheme", "trial", "slot", "object").values
-    error = estimated - np.where(present, truth, np.nan)
-    return wrap(error) if component == "angle" else error
 
 
 def _root_ratio(total: Array, count: Array) -> Array:

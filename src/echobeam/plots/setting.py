@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 import tomllib
 from collections.abc import Mapping
@@ -10,9 +9,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from echobeam.faults import InputError
+from echobeam.physics.array import LinearArray
 from echobeam.scenario.load import ScenarioError, validate
+from echobeam.schemes.configure import system_for
 from echobeam.units import QuantityError, parse_quantity
-from echobeam.values import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,22 +29,22 @@ class Setting:
     """The scenario's values as pictures use them, SI units and radians.
 
     What the result's scenario does not say is None, or the value of the paper where a curve
-    needs one (``spacing``, ``axis``, ``power``, ``width``); a UAV of unknown speed hovers.
+    needs one (``array``, ``power``, ``width``).
     """
 
     name: str
     trials: int
-    n_tx: int
-    spacing: float
-    axis: Axis
+    array: LinearArray
     power: float
     width: float
-    max_halfwidth: float
+    centre: str
     slot: float | None
     height: float | None
-    speed: float
-    heading: float
-    floor: float
+
+    @property
+    def n_tx(self) -> int:
+        """N_t."""
+        return self.array.n
 
     def title(self, scheme: str = "", trial: int | None = None, width: int = 100) -> str:
         """Return a picture's title: scenario, antennas, height, trials; wrapped at ``width``.
@@ -70,28 +70,36 @@ class Setting:
         return textwrap.fill(f"{name}: {text}" if name else text, width)
 
 
-def read_setting(result: xr.Dataset) -> Setting:
-    """Return the setting of a result from its attribute ``scenario`` (TOML text)."""
+def read_setting(result: xr.Dataset, scheme: str = "") -> Setting:
+    """Return the setting of a result from its attribute ``scenario`` (TOML text).
+
+    The coverage is that of a scheme, which may have its own.
+    """
     text = str(result.attrs.get("scenario", ""))
     try:
         scenario: Mapping[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError:
         scenario = {}
     n_tx = result.sizes.get("antenna", 0) or int(_number(scenario, "array", "n_tx", "number", 0.0))
+    whole = read_scenario(result)
+    width = _number(scenario, "coverage", "width", "number", 3.0)
+    centre = "predicted"
+    if whole is not None:
+        coverage = system_for(whole, scheme).coverage if scheme else whole.coverage
+        width, centre = coverage.width, coverage.centre
     return Setting(
         name=str(scenario.get("name", "")),
         trials=int(result.sizes.get("trial", 0)),
-        n_tx=int(n_tx),
-        spacing=_number(scenario, "array", "spacing", "number", 0.5),
-        axis="horizontal" if _value(scenario, "array", "axis") == "horizontal" else "vertical",
+        array=LinearArray(
+            max(int(n_tx), 1),
+            _number(scenario, "array", "spacing", "number", 0.5),
+            "horizontal" if _value(scenario, "array", "axis") == "horizontal" else "vertical",
+        ),
         power=_number(scenario, "radio", "power", "number", 1.0),
-        width=_number(scenario, "coverage", "width", "number", 3.0),
-        max_halfwidth=_number(scenario, "coverage", "max_halfwidth", "angle", math.pi / 2),
+        width=width,
+        centre=centre,
         slot=_optional(scenario, "frame", "slot", "time"),
         height=_optional(scenario, "uav", "height", "length"),
-        speed=_number(scenario, "uav", "speed", "speed", 0.0),
-        heading=_number(scenario, "uav", "heading", "angle", 0.0),
-        floor=_number(scenario, "uav", "floor", "length", 0.0),
     )
 
 

@@ -37,7 +37,7 @@ def shade_phases(axes: Axes, result: xr.Dataset) -> list[Patch]:
     """
     phase = result["phase"].transpose("scheme", "slot").values.astype(str)
     phase = phase[(phase == "directional").any(axis=1)]
-    kinds = [kind for kind in ("omni", "pilot") if (phase == kind).any()]
+    kinds = [kind for kind in ("omni", "pilot", "mixed") if (phase == kind).any()]
     slots = result["slot"].values
     shaded: BoolArray = np.asarray(np.isin(phase, kinds).any(axis=0))
     for first, last in _spells(shaded):

@@ -20,6 +20,7 @@ from echobeam.plots.setting import (
     read_scenario,
     read_setting,
 )
+from echobeam.schemes.configure import system_for
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,11 +66,13 @@ def draw(result: xr.Dataset, scheme: str | None = None, trial: int = 0) -> Figur
     PlotError
         If the result holds no tracks, or not this scheme or trial.
     """
-    check_variables(result, "truth", "present", "predicted", "estimated", "estimated_cov")
+    check_variables(
+        result, "position", "identity", "uav_position", "predicted", "estimated", "estimated_cov"
+    )
     check_trial(result, trial)
     name = choose_scheme(result, scheme)
     setting = read_setting(result)
-    scene = read_scene(result, name, trial, setting)
+    scene = read_scene(result, name, trial)
     close = _longest(scene, _CLOSE_UPS)
     figure = style.new_figure(style.PAGE if close else style.COLUMN, 5.3 if close else 3.5)
     figure.suptitle(setting.title(name, trial, 100 if close else 50))
@@ -134,7 +137,11 @@ def _read_cones(
     one = result[["estimated", "estimated_cov"]].isel(trial=trial, object=k).sel(scheme=scheme)
     mean = one["estimated"].transpose("slot", "state").values
     cov = one["estimated_cov"].transpose("slot", "state", "state_b").values
-    return make_cones(mean, cov, chosen_slots(stay), stay.stop, scenario)
+    position, velocity = (
+        result[name].transpose("slot", "axis").values for name in ("uav_position", "uav_velocity")
+    )
+    system = system_for(scenario, scheme)
+    return make_cones(mean, cov, chosen_slots(stay), stay.stop, (position, velocity), system)
 
 
 def _draw_road(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.physics.array import steering_vector
+from echobeam.physics.array import LinearArray
 from echobeam.plots.beams import beam_gain
 from echobeam.reproduction.results import Outcome
 from echobeam.values import Array, ComplexArray
@@ -23,10 +23,14 @@ def beams(outcome: Outcome, slot: int, scheme: str = "temporal") -> ComplexArray
     return sent
 
 
+def _array(outcome: Outcome) -> LinearArray:
+    table = outcome.scenario.array
+    return LinearArray(table.n_tx, table.spacing, table.axis)
+
+
 def gains(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
     """Return ``(trial, object, angle)``: power that each beam of a slot sends to `GRID`."""
-    array = outcome.scenario.array
-    return beam_gain(beams(outcome, slot, scheme), GRID, array.spacing, array.axis)
+    return beam_gain(beams(outcome, slot, scheme), GRID, _array(outcome))
 
 
 def powers(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
@@ -36,9 +40,8 @@ def powers(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
 
 def gain_at_truth(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
     """Return ``(trial, object)``: power sent to each object by its own beam, per beam power."""
-    array, sent = outcome.scenario.array, beams(outcome, slot, scheme)
-    theta = outcome.kept["truth"][:, slot - 1, :, 0]
-    a = steering_vector(theta, array.n_tx, array.spacing, array.axis)
+    sent = beams(outcome, slot, scheme)
+    a = _array(outcome).steering(outcome.kept["truth"][:, slot - 1, :, 0])
     hit = np.abs(np.einsum("tkn,tkn->tk", a.conj(), sent)) ** 2
     power = np.sum(np.abs(sent) ** 2, axis=-1)
     return np.asarray(hit / np.where(power > 0, power, 1.0))
@@ -56,10 +59,9 @@ def half_power_width(gain: Array) -> Array:
 
 def matched_width(outcome: Outcome, slot: int) -> Array:
     """Return ``(trial, object)`` deg: width of a beam matched to the true angle."""
-    array = outcome.scenario.array
-    theta = outcome.kept["truth"][:, slot - 1, :, 0]
-    a = steering_vector(theta, array.n_tx, array.spacing, array.axis)
-    return half_power_width(beam_gain(a, GRID, array.spacing, array.axis))
+    array = _array(outcome)
+    a = array.steering(outcome.kept["truth"][:, slot - 1, :, 0])
+    return half_power_width(beam_gain(a, GRID, array))
 
 
 def decibels(gain: Array) -> Array:

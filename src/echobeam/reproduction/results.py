@@ -1,4 +1,4 @@
-"""What was run, by name: sum rates, errors and kept arrays of every setup."""
+"""Results by name: sum rates, errors and kept arrays of every setup."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from echobeam.estimation.gaussian import wrap
+from echobeam.physics.polar import POLAR
 from echobeam.reproduction.setups import Variation
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.digest import Digest
+from echobeam.simulation.statistics import Statistics
 from echobeam.sweeps.points import Point
-from echobeam.values import STATE, Array
+from echobeam.values import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +24,8 @@ class Outcome:
     ----------
     point
         What was run.
-    digest
-        Its digest; ``sum_rate`` is (scheme, trial, slot).
+    statistics
+        Its statistics; ``sum_rate`` is (scheme, trial, slot).
     kept
         Arrays of the point's ``keep``, laid out as in a result file.
     asked
@@ -32,7 +33,7 @@ class Outcome:
     """
 
     point: Point
-    digest: Digest
+    statistics: Statistics
     kept: dict[str, Array]
     asked: set[str] = field(default_factory=set, repr=False, compare=False)
 
@@ -43,7 +44,7 @@ class Outcome:
 
     def sum_rate(self, scheme: str) -> Array:
         """Return ``(trial, slot)`` bit/s/Hz, summed over the objects."""
-        rate: Array = self.digest["sum_rate"][self._index(scheme)]
+        rate: Array = self.statistics["sum_rate"][self._index(scheme)]
         return rate
 
     def of(self, variable: str, scheme: str) -> Array:
@@ -53,7 +54,7 @@ class Outcome:
 
     def error(self, scheme: str, component: str, variable: str = "estimated") -> Array:
         """Return ``(trial, slot, object)``: estimate minus truth of a state's component, SI."""
-        index = STATE.index(component)
+        index = POLAR.names.index(component)
         off = self.of(variable, scheme)[..., index] - self.kept["truth"][..., index]
         return wrap(off) if component == "angle" else np.asarray(off)
 
@@ -61,7 +62,7 @@ class Outcome:
         """Return the share of a scheme's directional slots whose beams were a fallback."""
         frame = self.scenario.frame
         slots = frame.frames * (frame.slots_per_frame - 1)
-        return float(self.digest["fallback"][self._index(scheme)].mean() / slots)
+        return float(self.statistics["fallback"][self._index(scheme)].mean() / slots)
 
     def _index(self, scheme: str) -> int:
         self.asked.add(scheme)

@@ -14,7 +14,8 @@ from echobeam.reproduction.records import Figure, Finding
 from echobeam.reproduction.report import write_claims
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import Setup
-from echobeam.store.workers import HERE, Progress, Workers
+from echobeam.store.work import Progress
+from echobeam.store.workers import HERE, Workers
 from echobeam.store.writing import StoreError, clear_leftovers, make_writable
 from echobeam.sweeps.points import run_study, study_in
 
@@ -115,9 +116,8 @@ def _run(task: Reproduction, figures: Sequence[Figure], progress: Progress) -> R
         force=task.force,
         progress=progress,
     )
-    digests = study.digests()
     outcomes = [
-        Outcome(point, digests[index], study.kept(index) if point.keep else {})
+        Outcome(point, study.statistics_of(index), study.kept(index) if point.keep else {})
         for index, point in enumerate(points)
     ]
     return Results(outcomes, task.trials, task.seed)

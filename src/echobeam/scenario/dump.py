@@ -23,7 +23,8 @@ _PREFERRED = {
 
 def dump_scenario(scenario: Scenario) -> str:
     """Return a complete TOML text; loading it gives an equal scenario, bit for bit."""
-    lines = _assignments(scenario)
+    parameters = scenario.scheme_parameters
+    lines = _assignments(scenario, without=("schemes",) if parameters else ())
     for name in Scenario.model_fields:
         value = getattr(scenario, name)
         if isinstance(value, BaseModel):
@@ -31,14 +32,19 @@ def dump_scenario(scenario: Scenario) -> str:
         elif name == "objects":
             for item in value:
                 lines += ["", f"[[{name}]]", *_assignments(item)]
+    for name in scenario.schemes if parameters else ():
+        lines += ["", f"[schemes.{_quoted(name)}]"]
+        lines += [f"{key} = {_text(value, '')}" for key, value in parameters.get(name, {}).items()]
     return "\n".join(lines) + "\n"
 
 
-def _assignments(table: BaseModel) -> list[str]:
+def _assignments(table: BaseModel, without: tuple[str, ...] = ()) -> list[str]:
     lines = []
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)
-        if value is None or isinstance(value, BaseModel) or name == "objects":
+        if name in without:
+            continue
+        if value is None or isinstance(value, (BaseModel, dict)) or name == "objects":
             continue
         lines.append(f"{name} = {_text(value, _kind(field))}")
     return lines
@@ -74,3 +80,8 @@ def _quantity(value: float, kind: str) -> str:
 def _quoted(text: str) -> str:
     escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
     return f'"{escaped}"'
+
+
+def key_texts(table: BaseModel) -> dict[str, str]:
+    """Return the keys of a table that have a value, with the value as it would be written."""
+    return dict(tuple(line.split(" = ", 1)) for line in _assignments(table))  # type: ignore[misc]

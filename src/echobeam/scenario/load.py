@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from echobeam.faults import InputError
-from echobeam.scenario.model import Scenario
+from echobeam.scenario.model import PARAMETERS, Scenario
 
 BUILT_IN = (
     "paper-multi",
@@ -25,6 +25,9 @@ BUILT_IN = (
     "traffic",
 )
 """Names of the scenarios that come with echobeam."""
+
+
+T = TypeVar("T", bound=BaseModel)
 
 
 class ScenarioError(InputError):
@@ -45,14 +48,14 @@ def preset_text(name: str) -> str:
 
 
 def load_scenario(
-    source: str | Path, overrides: Mapping[str, object] | Sequence[str] = ()
+    source: str | Path | Scenario, overrides: Mapping[str, object] | Sequence[str] = ()
 ) -> Scenario:
     """Load a scenario by its built-in name or from a TOML file.
 
     Parameters
     ----------
     source
-        A name of `BUILT_IN`, or the path of a TOML file.
+        A name of `BUILT_IN`, the path of a TOML file, or a scenario to be changed.
     overrides
         Dotted keys and their values, as a mapping ``{"uav.height": "80 m"}`` or as texts
         ``"uav.height=80 m"``.
@@ -62,6 +65,8 @@ def load_scenario(
     ScenarioError
         Names the file and, for every fault, the key, the value and what is accepted.
     """
+    if isinstance(source, Scenario):
+        return replaced(source, dict(_items(overrides)))
     text, label, folder = _read(source)
     try:
         document = tomllib.loads(text)
@@ -86,6 +91,9 @@ def validate(
     ScenarioError
         Lists the ``faults`` found before together with those found here.
     """
+    if PARAMETERS in document:
+        faults = [*faults, _unknown_key(PARAMETERS)]
+        document = {key: value for key, value in document.items() if key != PARAMETERS}
     try:
         scenario = Scenario.model_validate(document)
     except ValidationError as error:
@@ -101,6 +109,46 @@ def validate(
     if _ships(scenario.trace.file) and not beside.is_file():
         return scenario
     return with_trace(scenario, beside)
+
+
+def replaced(scenario: Scenario, overrides: Mapping[str, object]) -> Scenario:
+    """Return a scenario with some dotted keys replaced, validated like a file.
+
+    Raises
+    ------
+    ScenarioError
+        Names every key that is at fault, its value and what is accepted.
+    """
+    document = tomllib.loads(scenario.to_toml())
+    faults = [fault for item in overrides.items() if (fault := _override(document, *item))]
+    folder = Path() if any(key == "trace.file" for key in overrides) else None
+    return validate(document, scenario.name, folder, faults)
+
+
+def override_table(table: T, values: Mapping[str, object], label: str) -> T:
+    """Return a table of a scenario with some keys replaced, validated like a file.
+
+    Parameters
+    ----------
+    table
+        Such as ``scenario.filter``.
+    values
+        Keys and values, units allowed.
+    label
+        Begins the message.
+
+    Raises
+    ------
+    ScenarioError
+        Names every key that is at fault, its value and what is accepted.
+    """
+    if not values:
+        return table
+    try:
+        return type(table).model_validate(table.model_dump() | dict(values))
+    except ValidationError as error:
+        faults = [_fault(item, type(table)) for item in error.errors()]
+        raise ScenarioError(_listed(label, faults)) from None
 
 
 def trace_path(scenario: Scenario) -> Path | None:
@@ -135,7 +183,7 @@ def _read(source: str | Path) -> tuple[str, str, Path]:
         return preset_text(source), source, Path(str(_presets()))
     path = Path(source)
     try:
-        return path.read_text(encoding="utf-8"), str(source), path.parent
+        return path.read_text(encoding="utf-8-sig"), str(source), path.parent
     except FileNotFoundError:
         near = difflib.get_close_matches(str(source), BUILT_IN, n=1)
         hint = f" (did you mean {near[0]!r}?)" if near else ""
@@ -157,11 +205,11 @@ def _items(overrides: Mapping[str, object] | Sequence[str]) -> list[tuple[str, o
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
             raise ScenarioError(f"--set {text}: expected KEY=VALUE, such as uav.height='80 m'")
-        items.append((key.strip(), _value(value.strip())))
+        items.append((key.strip(), read_value(value.strip())))
     return items
 
 
-def _value(text: str) -> object:
+def read_value(text: str) -> object:
     """Read an override as TOML where it is TOML, and as plain text ("80 m") otherwise."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
@@ -173,6 +221,10 @@ def _override(document: dict[str, Any], key: str, value: object) -> str | None:
     """Put a value at a dotted key; return the fault if there is no such place."""
     place: Any = document
     *parents, last = key.split(".")
+    if parents[:1] == ["schemes"]:
+        fault = _as_tables(document, parents[1] if len(parents) > 1 else last)
+        if fault:
+            return fault
     for part in parents:
         if isinstance(place, list):
             if not part.isdecimal() or int(part) >= len(place):
@@ -193,27 +245,42 @@ def _override(document: dict[str, Any], key: str, value: object) -> str | None:
     return None
 
 
+def _as_tables(document: dict[str, Any], name: str) -> str | None:
+    """Turn a list of schemes into tables of their parameters; return the fault, if any."""
+    schemes = document.get("schemes", [])
+    names = list(schemes)
+    if name not in names:
+        return f"schemes.{name}: there is no such scheme in schemes; it has {', '.join(names)}"
+    if isinstance(schemes, list):
+        document["schemes"] = {each: {} for each in names}
+    return None
+
+
 def _listed(label: str, faults: Sequence[str]) -> str:
     if len(faults) == 1:
         return f"{label}: {faults[0]}"
     return f"{label}: {len(faults)} faults\n" + "\n".join(f"  {fault}" for fault in faults)
 
 
-def _fault(error: Any) -> str:
-    """Say one of pydantic's findings as key, value and what is accepted."""
+def _fault(error: Any, table: type[BaseModel] = Scenario) -> str:
+    """Return one of pydantic's findings as key, value and what is accepted."""
     key = ".".join(str(part) for part in error["loc"])
     value, kind, context = error["input"], error["type"], error.get("ctx", {})
     if kind == "extra_forbidden":
-        names = _accepted_keys(error["loc"][:-1])
-        near = difflib.get_close_matches(str(error["loc"][-1]), names, n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
-        return f"{key}: unknown key; {hint}accepted here: {', '.join(names)}"
+        return _unknown_key(key, _accepted_keys(error["loc"][:-1], table))
     if kind == "missing":
         return f"{key}: missing"
     if kind == "value_error":
-        return f"{key}: {context['error']}"
+        return f"{key}: {context['error']}" if key else str(context["error"])
     expected = _EXPECTED.get(kind, error["msg"].removeprefix("Input should be "))
     return f"{key}: {value!r} is not accepted; expected {expected}"
+
+
+def _unknown_key(key: str, names: Sequence[str] | None = None) -> str:
+    names = _accepted_keys((), Scenario) if names is None else names
+    near = difflib.get_close_matches(key.rpartition(".")[2], names, n=1)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    return f"{key}: unknown key; {hint}accepted here: {', '.join(names)}"
 
 
 _EXPECTED = {
@@ -226,13 +293,12 @@ _EXPECTED = {
 }
 
 
-def _accepted_keys(location: Sequence[int | str]) -> list[str]:
-    """Return the field names of the table at a location."""
-    table: type[BaseModel] = Scenario
+def _accepted_keys(location: Sequence[int | str], table: type[BaseModel]) -> list[str]:
+    """Return the keys of the table at a location."""
     for part in location:
         if isinstance(part, int):
             continue
         annotation = table.model_fields[part].annotation
         candidates = [annotation, *getattr(annotation, "__args__", ())]
         table = next(t for t in candidates if isinstance(t, type) and issubclass(t, BaseModel))
-    return list(table.model_fields)
+    return [name for name in table.model_fields if name != PARAMETERS]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from echobeam.scenario.quantities import (
     Acceleration,
@@ -26,6 +27,12 @@ Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 Antennas = Annotated[int, Field(strict=True, ge=1, le=4096)]
 
 
+ParameterValue = bool | int | float | str
+
+PARAMETERS = "scheme_parameters"
+"""Field of a scenario that a file has as ``[schemes.NAME]``."""
+
+
 class _Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -34,10 +41,16 @@ class ArrayTable(_Table):
     """The UAV's transmit and receive uniform linear arrays, Eq. (4)."""
 
     n_tx: Antennas = 30
-    n_rx: Antennas = 30
+    n_rx: Antennas | None = None
+    """As many as n_tx if left out."""
     spacing: Annotated[Number, Field(gt=0)] = 0.5
     """Antenna spacing in wavelengths."""
     axis: Axis = "vertical"
+
+    @property
+    def receivers(self) -> int:
+        """N_r."""
+        return self.n_tx if self.n_rx is None else self.n_rx
 
 
 class RadioTable(_Table):
@@ -72,6 +85,8 @@ class RadarTable(_Table):
     """sigma^2."""
     crb: Literal["paper", "exact"] = "paper"
     """Measurement variances: Eqs. (20)-(23), or the Fisher information."""
+    variance: Literal["predicted", "known"] = "predicted"
+    """Variance that a scheme is given: the bound at its own prediction, or at the true state."""
     model: Literal["crb"] = "crb"
     """Measurements are Gaussian with the variance of the bound, Eq. (24)."""
 
@@ -129,6 +144,8 @@ class CoverageTable(_Table):
     """Gamma_k, bit/s/Hz."""
     spread: Literal["measurement", "posterior"] = "measurement"
     """sigma_theta of (38f): bound of the last directional measurement, or the prior's own."""
+    centre: Literal["predicted", "previous"] = "predicted"
+    """Centre of the cover (38f): the prediction, or the estimate of the slot before, as printed."""
     max_halfwidth: Annotated[Angle, Field(gt=0, le=math.pi / 2)] = math.pi / 4
     """Widest coverage that is asked for when the angle is hardly known."""
 
@@ -137,7 +154,11 @@ class TruthTable(_Table):
     """What nature adds to the kinematic motion."""
 
     process_noise: bool = False
-    """Whether the truth moves with the filter's process noise (a matched model)."""
+    """Whether the objects move with process noise."""
+    angle_std: Annotated[Angle, Field(ge=0)] | None = None
+    distance_std: Annotated[Length, Field(ge=0)] | None = None
+    velocity_std: Annotated[Speed, Field(ge=0)] | None = None
+    """Standard deviations for each slot; the filter's if left out."""
 
 
 class TraceTable(_Table):
@@ -174,6 +195,83 @@ class Scenario(_Table):
     coverage: CoverageTable = CoverageTable()
     truth: TruthTable = TruthTable()
     trace: TraceTable | None = None
+    scheme_parameters: dict[str, dict[str, ParameterValue]] = {}
+    """Parameters of schemes, by name; in a file ``[schemes.NAME]`` in place of ``schemes``."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _split_schemes(cls, document: Any) -> Any:
+        """Read ``schemes`` as a list of names, or as tables of parameters in the order run."""
+        if not isinstance(document, Mapping) or not isinstance(document.get("schemes"), Mapping):
+            return document
+        tables = document["schemes"]
+        faults = [name for name, table in tables.items() if not isinstance(table, Mapping)]
+        if faults:
+            raise ValueError(
+                f"schemes.{faults[0]}: {tables[faults[0]]!r} is not accepted; expected a table of "
+                "the scheme's parameters"
+            )
+        return {**document, "schemes": tuple(tables), "scheme_parameters": dict(tables)}
+
+    @model_validator(mode="after")
+    def _check_flight(self) -> Scenario:
+        if self.uav.floor > self.uav.height:
+            raise ValueError(
+                f"uav.floor: {self.uav.floor:g} m is above uav.height, {self.uav.height:g} m; "
+                "expected a floor that the UAV starts above"
+            )
+        return self
+
+    @field_validator("name")
+    @classmethod
+    def _check_name(cls, name: str) -> str:
+        """Refuse a name that would be a path: results are named after it."""
+        if any(mark in name for mark in "/\\\0") or name in (".", ".."):
+            raise ValueError(f"{name!r} is not accepted; expected a name without a slash")
+        return name
+
+    def replace(self, overrides: Mapping[str, object]) -> Scenario:
+        """Return the scenario with some keys replaced, validated like a file.
+
+        Parameters
+        ----------
+        overrides
+            Dotted keys and their values, units allowed: ``{"uav.height": "80 m"}``.
+
+        Raises
+        ------
+        ScenarioError
+            Names every key that is at fault, its value and what is accepted.
+        """
+        from echobeam.scenario.load import replaced
+
+        return replaced(self, overrides)
+
+    def to_toml(self) -> str:
+        """Return the complete TOML text; loading it gives an equal scenario, bit for bit."""
+        from echobeam.scenario.dump import dump_scenario
+
+        return dump_scenario(self)
+
+    def model_copy(
+        self, *, update: Mapping[str, Any] | None = None, deep: bool = False
+    ) -> Scenario:
+        """Return a copy; values that are replaced are validated, as everywhere."""
+        if not update:
+            return super().model_copy(deep=deep)
+        return type(self).model_validate(self.model_dump() | dict(update))
+
+    def __repr__(self) -> str:
+        """Return what tells the scenario from others, in a line."""
+        moved = "a trace" if self.trace is not None else f"{len(self.objects)} object(s)"
+        return (
+            f"<Scenario {self.name}: {moved}, {self.array.n_tx} antennas, {self.n_slots} slots, "
+            f"schemes {', '.join(self.schemes)}>"
+        )
+
+    def __str__(self) -> str:
+        """Return what tells the scenario from others, in a line."""
+        return repr(self)
 
     @property
     def n_slots(self) -> int:
@@ -184,6 +282,16 @@ class Scenario(_Table):
     def n_objects(self) -> int:
         """K: the most objects that are in the scene at once."""
         return self.trace.max_objects if self.trace is not None else len(self.objects)
+
+    @property
+    def truth_stds(self) -> tuple[float, float, float]:
+        """Standard deviations of nature's process noise for each slot, rad, m, m/s."""
+        own, believed = self.truth, self.filter
+        return (
+            believed.angle_std if own.angle_std is None else own.angle_std,
+            believed.distance_std if own.distance_std is None else own.distance_std,
+            believed.velocity_std if own.velocity_std is None else own.velocity_std,
+        )
 
     @property
     def ripple(self) -> float:

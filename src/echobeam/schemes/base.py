@@ -1,24 +1,36 @@
-"""What a scheme is: what the UAV knows, and what it decides from it.
+"""The contract of a scheme: what it is shown, and what it answers.
 
-A scheme sees a `View`, which holds no truth. It answers, slot by slot, with a prior, beams and a
-posterior; everything else belongs to nature, in the simulation room.
+A scheme sees a `View`, which holds no truth, and answers slot by slot with a prior, a `Decision`
+and a posterior. The beliefs are of its own type; all that others ask of one is its `Tracks`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
 
 from echobeam.faults import InputError
-from echobeam.scenario.model import ArrayTable, CoverageTable, FilterTable, RadioTable
+from echobeam.physics.array import LinearArray
+from echobeam.physics.variance_law import VarianceLaw
+from echobeam.scenario.model import (
+    ArrayTable,
+    CoverageTable,
+    FilterTable,
+    FrameTable,
+    RadioTable,
+)
 from echobeam.values import (
     Array,
     BoolArray,
-    ComplexArray,
-    GaussianState,
-    Measurement,
-    Phase,
-    UavMotion,
+    Detections,
+    IntArray,
+    ModeArray,
+    Tracks,
+    Transmission,
+    UavState,
 )
 
 
@@ -28,82 +40,139 @@ class SchemeError(InputError):
 
 @dataclass(frozen=True, slots=True)
 class System:
-    """What the UAV knows of its own equipment, and what it is asked to achieve."""
+    """Equipment and task of the UAV, as one scheme is given them.
+
+    Attributes
+    ----------
+    array, radio, frame
+        The scenario's tables.
+    filter, coverage
+        The scenario's tables with the scheme's own parameters in place.
+    law
+        Variance of a measurement as a function of a state and of what was sent.
+    ripple
+        B of (38f) as a number.
+    """
 
     array: ArrayTable
     radio: RadioTable
+    frame: FrameTable
     filter: FilterTable
     coverage: CoverageTable
+    law: VarianceLaw
     ripple: float
-    slot_duration: float
+
+    @property
+    def transmitter(self) -> LinearArray:
+        """The transmit array."""
+        return self.law.transmitter
+
+    @property
+    def slot_duration(self) -> float:
+        """DT, s."""
+        return self.frame.slot
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What the UAV knows at the start of a slot.
+    """Knowledge of the UAV at the start of a slot, besides the scheme's own belief.
 
     Attributes
     ----------
-    slot, slot_in_frame
+    slot
         Counted from 1.
-    phase
-        What the scheme's frame structure says of this slot.
     uav, uav_before
-        The UAV's own motion in this slot and in the one before.
-    posterior
-        Belief after the last slot, ``(..., K)`` objects; all unknown before the first.
-    measurement
-        What the radar gave in the last slot; nothing before the first. As in the paper its
-        variance Q_m is taken as known: it is the bound at the true state, and so tells more of
-        the past than a real radar would.
-    spread
-        ``(..., K)`` rad: sigma_theta of the last slot in which the object was measured, the
-        standard deviation that (38f) covers; NaN if never.
-    memory
-        What the scheme's last `Decision` asked to remember; None at first.
+        The UAV's own position and velocity in this slot and in the one before.
     system
         The UAV's equipment and task.
-    truth, present
-        States ``(..., K, S)`` and presence ``(..., K)``; None for every scheme that does not
-        declare itself omniscient.
+    roster
+        ``(T, K)``: identity of the object in each column, `NOBODY` where it is empty; the paper's
+        "awareness of K objects" of labelled runs. It says who is in service, never where.
+    memory
+        The memory of the scheme's last `Decision`; None at first.
+    normals
+        Standard normals for a scheme that draws: ``view.normals(shape)`` returns
+        ``(T, *shape)``, the same in every run of the seed and for every split of the work. A
+        second call in the same slot repeats the first; ask once for all that is needed.
+    sent
+        The transmission of this slot, when the scheme is asked to update; None before it decided.
+    truth
+        True states as tracks; None for every scheme that does not declare itself omniscient.
     """
 
     slot: int
-    slot_in_frame: int
-    phase: Phase
-    uav: UavMotion
-    uav_before: UavMotion
-    posterior: GaussianState
-    measurement: Measurement
-    spread: Array
-    memory: object
+    uav: UavState
+    uav_before: UavState
     system: System
-    truth: Array | None = None
-    present: BoolArray | None = None
+    roster: IntArray
+    memory: Any
+    normals: Callable[[tuple[int, ...]], Array]
+    sent: Transmission | None = None
+    truth: Tracks | None = None
+
+    @property
+    def n_trials(self) -> int:
+        """T, the number of trials that run side by side."""
+        return int(self.roster.shape[0])
+
+    @property
+    def n_objects(self) -> int:
+        """K, the number of columns of the roster."""
+        return int(self.roster.shape[1])
+
+    @property
+    def slot_in_frame(self) -> int:
+        """Place of the slot in its frame, counted from 1."""
+        return (self.slot - 1) % self.system.frame.slots_per_frame + 1
+
+
+@runtime_checkable
+class Belief(Protocol):
+    """Belief of any type; the loop passes it on and asks it only for its tracks."""
+
+    @property
+    def tracks(self) -> Tracks:
+        """Mean, covariance and status of every track, in the scenario's state."""
 
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What a scheme sends in a directional slot.
+    """Decision of a scheme in one slot, for each trial: what is sent, for whom, what is covered.
 
     Attributes
     ----------
-    beams
-        ``(..., K, N)`` complex, sqrt(power); zero for an object that is not served.
+    sent
+        The transmission, C streams.
+    addressee
+        ``(T, C)``: identity of the track that each stream is for (in labelled runs that of the
+        object, from the roster); `NOBODY` for none. No track has two streams.
+    sensed
+        ``(T, C)``: whether the echo of the addressee is processed.
+    mode
+        ``(T,)`` `Mode`: a label for people and plots.
+    covered
+        ``(T, C)`` rad: half-width that the beam was designed to cover; NaN without a design.
     fallback
-        ``(...)`` bool: the design problem had no solution and these are the fallback's beams.
+        ``(T,)``: whether the beams are a fallback of the design.
+    messages
+        Reasons of fallbacks, by trial.
     memory
-        Whatever the scheme wants to see again in the next slot's view.
+        Anything that the scheme wants to see again in the next slot's view.
     """
 
-    beams: ComplexArray
+    sent: Transmission
+    addressee: IntArray
+    sensed: BoolArray
+    mode: ModeArray
+    covered: Array
     fallback: BoolArray
-    memory: object = None
+    messages: dict[int, str] | None = None
+    memory: Any = None
 
 
 @runtime_checkable
 class Scheme(Protocol):
-    """A whole scheme. All calls are pure; arrays carry a leading axis of trials."""
+    """Scheme as a whole. All calls are pure; arrays carry a leading axis of trials."""
 
     @property
     def name(self) -> str:
@@ -113,17 +182,48 @@ class Scheme(Protocol):
     def omniscient(self) -> bool:
         """Whether the view shows the truth (a reference, not a scheme that could be built)."""
 
-    def phase(self, slot_in_frame: int) -> Phase:
-        """Return what a slot of the frame is for; counted from 1."""
+    def start(self, view: View) -> Any:
+        """Return the belief before the first slot."""
 
-    def predict(self, view: View) -> GaussianState:
+    def predict(self, belief: Any, view: View) -> Any:
         """Return the prior of this slot given everything before it, Eqs. (44)-(46)."""
 
-    def beamform(self, prior: GaussianState, view: View) -> Decision:
-        """Return the beams of a directional slot, problem (38)."""
+    def transmit(self, prior: Any, view: View) -> Decision:
+        """Return what is sent in this slot, problem (38)."""
 
-    def listens(self, view: View) -> BoolArray:
-        """Return ``(..., K)``: the objects whose echoes are processed in this slot."""
-
-    def update(self, prior: GaussianState, measurement: Measurement, view: View) -> GaussianState:
+    def update(self, prior: Any, detections: Detections, view: View) -> Any:
         """Return the posterior, Eqs. (47)-(49)."""
+
+
+def no_tracks(roster: IntArray, size: int = 3) -> Tracks:
+    """Return tracks of which nothing is known, one for each column of a roster ``(T, K)``."""
+    return Tracks(
+        mean=np.full((*roster.shape, size), np.nan),
+        cov=np.full((*roster.shape, size, size), np.nan),
+        status=np.zeros(roster.shape, dtype=np.int8),
+        id=roster,
+    )
+
+
+def reported(belief: object, scheme: str, call: str) -> Tracks:
+    """Return the tracks of a belief.
+
+    Parameters
+    ----------
+    belief
+        As a scheme or a tracker returned it.
+    scheme, call
+        Name of the scheme and of the call, for the message.
+
+    Raises
+    ------
+    SchemeError
+        If it reports none.
+    """
+    tracks = getattr(belief, "tracks", None)
+    if not isinstance(tracks, Tracks):
+        raise SchemeError(
+            f"scheme {scheme!r} returned a belief of type {type(belief).__name__} from {call} "
+            "that reports no tracks; expected an attribute `tracks` of type echobeam.Tracks"
+        )
+    return tracks

@@ -1,50 +1,50 @@
-"""The small door for users' schemes: a function ``(prior, view) -> beams``.
+"""Doors for users' schemes: a function ``(prior, view) -> beams``, a choice of parts, or a whole.
 
-The frame, the omnidirectional slot, the filter and the two-step prediction come for free. A
-frozen object with that call serves as well, when it has parameters; for everything else there is
-the whole `Scheme`.
+With a function the frame, the omnidirectional slot, the filter and the two-step prediction come
+for free. A frozen object with that call serves as well, when it has parameters; for everything
+else there is the whole `Scheme`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from echobeam.schemes.base import Decision, Scheme, SchemeError, View
-from echobeam.schemes.frame import TrackingFrame
-from echobeam.values import ComplexArray, GaussianState
+from echobeam.schemes.base import Scheme, SchemeError, View
+from echobeam.schemes.beamers import Aim, Beams
+from echobeam.schemes.frames import ClockedFrame
+from echobeam.schemes.parts import SchemeOfParts
+from echobeam.schemes.trackers import ExtendedKalman
+from echobeam.values import ComplexArray, Tracks
 
-BeamFunction = Callable[[GaussianState, View], ComplexArray]
+BeamFunction = Callable[[Tracks, View], ComplexArray]
 F = TypeVar("F", bound=Callable[..., object])
 
-_MARK = "__echobeam_scheme__"
+MARK = "__echobeam_scheme__"
+"""Attribute under which `scheme` notes the name."""
 
 
 @dataclass(frozen=True, slots=True)
-class BeamFunctionScheme(TrackingFrame):
-    """A scheme made of a function from prior and view to beams."""
+class FunctionBeamer:
+    """Beams from a user's function of prior and view."""
 
     name: str
-    function: BeamFunction
+    function: Any
 
-    def beamform(self, prior: GaussianState, view: View) -> Decision:
+    def beams(self, aim: Aim, view: View) -> Beams:
         """Return the function's beams, zero for objects that are not known.
 
         Raises
         ------
         SchemeError
-            If what the function returns is no array of shape ``(..., K, N)``.
+            If the function returns no array of shape ``(..., K, N)``.
         """
-        shape = (*prior.known.shape, view.system.array.n_tx)
-        try:
-            given = self.function(prior, view)
-        except (Exception, SystemExit) as error:  # a user's function may raise anything
-            raise SchemeError(
-                f"scheme {self.name!r} raised {type(error).__name__} in slot {view.slot}: {error}"
-            ) from error
+        prior = aim.prior
+        shape = (*prior.status.shape, view.system.array.n_tx)
+        given = self.function(prior, view)
         if given is None:
             raise SchemeError(f"scheme {self.name!r} returned nothing in slot {view.slot}")
         try:
@@ -54,8 +54,12 @@ class BeamFunctionScheme(TrackingFrame):
                 f"scheme {self.name!r} returned beams of shape {np.shape(given)} in slot "
                 f"{view.slot}; expected (..., K, n_tx), here {shape}"
             ) from None
-        beams = np.where(prior.known[..., None], beams, 0.0)
-        return Decision(beams, np.zeros(shape[:-2], dtype=bool))
+        served = (prior.known & aim.active[:, None])[..., None]
+        return Beams(
+            np.where(served, beams, 0.0),
+            np.full(prior.status.shape, np.nan),
+            np.zeros(shape[:-2], dtype=bool),
+        )
 
 
 def scheme(name: str) -> Callable[[F], F]:
@@ -77,7 +81,7 @@ def scheme(name: str) -> Callable[[F], F]:
     """
 
     def mark(function: F) -> F:
-        setattr(function, _MARK, name)
+        setattr(function, MARK, name)
         return function
 
     return mark
@@ -99,7 +103,7 @@ def as_scheme(candidate: object, name: str | None = None) -> Scheme:
     SchemeError
         If it is none of these.
     """
-    marked = getattr(candidate, _MARK, None)
+    marked = getattr(candidate, MARK, None)
     if isinstance(candidate, type):
         try:
             candidate = candidate()
@@ -111,8 +115,9 @@ def as_scheme(candidate: object, name: str | None = None) -> Scheme:
         return candidate
     if callable(candidate):
         own = getattr(candidate, "name", None) or marked or name
-        return BeamFunctionScheme(
-            name=str(own or getattr(candidate, "__name__", "")), function=candidate
+        label = str(own or getattr(candidate, "__name__", ""))
+        return SchemeOfParts(
+            label, ClockedFrame(), ExtendedKalman(), FunctionBeamer(label, candidate)
         )
     raise SchemeError(
         f"{candidate!r} is not a scheme; expected a function (prior, view) -> beams, an object "

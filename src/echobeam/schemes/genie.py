@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from echobeam.beamforming.design import design_batch
-from echobeam.schemes.base import Decision, View
-from echobeam.schemes.coverage_design import problems_at
-from echobeam.values import BoolArray, GaussianState, Measurement, Phase
+from echobeam.physics import transmission
+from echobeam.schemes.base import Decision, View, no_tracks
+from echobeam.schemes.beamers import problems_at
+from echobeam.values import Detections, Mode, Tracks
+
+
+@dataclass(frozen=True, slots=True)
+class TrueTracks:
+    """The truth as a belief."""
+
+    tracks: Tracks
 
 
 @dataclass(frozen=True, slots=True)
 class Genie:
     """Maximum sum rate at the true channel: no omnidirectional slot, no coverage, no floors."""
+
+    parameters: ClassVar[tuple[str, ...]] = ()
 
     name: str = "genie"
 
@@ -23,34 +34,37 @@ class Genie:
         """Always: that is its point."""
         return True
 
-    def phase(self, slot_in_frame: int) -> Phase:
-        """Return "directional" always."""
-        return "directional"
+    def start(self, view: View) -> TrueTracks:
+        """Return no tracks; it needs no past."""
+        return TrueTracks(no_tracks(view.roster))
 
-    def predict(self, view: View) -> GaussianState:
-        """Return the truth, without doubt."""
+    def predict(self, belief: TrueTracks, view: View) -> TrueTracks:
+        """Return the truth, without uncertainty."""
         assert view.truth is not None
-        assert view.present is not None
-        zero = np.where(view.present[..., None, None], np.zeros((3, 3)), np.nan)
-        return GaussianState(mean=view.truth, cov=zero, known=view.present)
+        return TrueTracks(view.truth)
 
-    def beamform(self, prior: GaussianState, view: View) -> Decision:
+    def transmit(self, prior: TrueTracks, view: View) -> Decision:
         """Return the beams of largest sum rate, Eq. (38a) under (38b) alone."""
+        tracks = prior.tracks
         problems = problems_at(
-            prior.mean[..., 0],
-            prior.mean[..., 1],
-            np.zeros(prior.known.shape),
-            prior.known,
+            tracks.mean[..., 0],
+            tracks.mean[..., 1],
+            np.zeros(tracks.known.shape),
+            tracks.known,
             view.system,
             min_rate=0.0,
         )
         answer = design_batch(problems)
-        return Decision(answer.beams, answer.fallback)
+        return Decision(
+            sent=transmission.directional(answer.beams),
+            addressee=tracks.id,
+            sensed=np.zeros_like(tracks.known),
+            mode=np.full(view.n_trials, Mode.DIRECTIONAL, dtype=np.int8),
+            covered=np.full(tracks.known.shape, np.nan),
+            fallback=answer.fallback,
+            messages=answer.messages,
+        )
 
-    def listens(self, view: View) -> BoolArray:
-        """Return none: it need not listen."""
-        return np.zeros_like(view.posterior.known)
-
-    def update(self, prior: GaussianState, measurement: Measurement, view: View) -> GaussianState:
+    def update(self, prior: TrueTracks, detections: Detections, view: View) -> TrueTracks:
         """Return the prior, which is the truth."""
         return prior

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.physics.array import steering_vector
+from echobeam.physics.link import channel_loss
 from echobeam.schemes.base import System
 from echobeam.values import Array, BoolArray, ComplexArray
 
@@ -42,11 +42,8 @@ def matched_beams(angle: Array, distance: Array, active: BoolArray, system: Syst
     angle, distance
         ``(..., K)`` rad, m: where the objects are believed to be; ignored where not active.
     """
-    array, radio = system.array, system.radio
-    distance = np.where(active, distance, 1.0)
-    floor = radio.noise * distance**2 / (radio.alpha0**2 * array.n_tx)
-    power = water_filling(floor, active, radio.power)
-    steering = steering_vector(
-        np.where(active, angle, 0.0), array.n_tx, spacing=array.spacing, axis=array.axis
-    )
-    return np.sqrt(power / array.n_tx)[..., None] * steering
+    array, radio = system.transmitter, system.radio
+    loss = channel_loss(np.where(active, distance, 1.0), radio.noise, radio.alpha0)
+    power = water_filling(loss / array.n, active, radio.power)
+    steering = array.steering(np.where(active, angle, 0.0))
+    return np.sqrt(power / array.n)[..., None] * steering

@@ -2,30 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from echobeam.schemes.beamers import MatchedBeamer
+from echobeam.schemes.frames import OmniFrame
+from echobeam.schemes.parts import SchemeOfParts
+from echobeam.schemes.trackers import ExtendedKalman
 
-import numpy as np
-
-from echobeam.schemes.base import Decision, View
-from echobeam.schemes.frame import TrackingFrame
-from echobeam.values import BoolArray, GaussianState, Phase
-
-
-@dataclass(frozen=True, slots=True)
-class Omni(TrackingFrame):
-    """The omnidirectional phase for ever; every object's echo goes through the filter."""
-
-    name: str = "omni"
-
-    def phase(self, slot_in_frame: int) -> Phase:
-        """Return "omni" always."""
-        return "omni"
-
-    def listens(self, view: View) -> BoolArray:
-        """Return all objects: known ones are filtered, unknown ones detected."""
-        return np.ones_like(view.posterior.known)
-
-    def beamform(self, prior: GaussianState, view: View) -> Decision:
-        """Return no beams; never asked for."""
-        shape = (*prior.known.shape, view.system.array.n_tx)
-        return Decision(np.zeros(shape, dtype=complex), np.zeros(shape[:-2], dtype=bool))
+OMNI = SchemeOfParts("omni", OmniFrame(), ExtendedKalman(), MatchedBeamer())
+"""The omnidirectional mode for ever; its beamer is never asked."""

@@ -15,30 +15,38 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.base import Scheme, SchemeError
+from echobeam.schemes.configure import ConfiguredScheme
 from echobeam.simulation.decisions import SECONDS
 from echobeam.simulation.loop import SlotRecord, run_slots
-from echobeam.simulation.motion import Motion, plan_motion
-from echobeam.simulation.randomness import Stream, standard_normals
-from echobeam.simulation.world import World
+from echobeam.simulation.scene import Scene
+from echobeam.simulation.world import World, begin
 
 MOST_TRIALS = 128
 MOST_BYTES = 64 * 2**20
 
-SHARED = ("truth", "present")
+FIXED = ("uav_position", "uav_velocity")
+"""Arrays ``(slot, ...)``, the same in every trial."""
+
+SHARED = ("truth", "present", "identity", "position")
+"""Arrays ``(trial, slot, ...)``, the same for every scheme."""
+
 PER_SCHEME = (
+    "mode",
+    "covered",
     "predicted",
     "predicted_cov",
     "estimated",
     "estimated_cov",
     "measured",
     "measured_var",
+    "true_var",
     "beam",
     "sinr",
     "rate",
     "radar_snr",
     "fallback",
 )
+"""Arrays ``(scheme, trial, slot, ...)``."""
 
 Advance = Callable[[int], None]
 
@@ -52,13 +60,19 @@ class Block:
     first
         Number of the block's first trial.
     arrays
-        ``truth`` and ``present`` as ``(trial, slot, ...)``, the others as
-        ``(scheme, trial, slot, ...)``; ``phase`` and the times of decisions (`SECONDS`) as
+        `FIXED`, `SHARED` and `PER_SCHEME`, and the times of decisions (`SECONDS`) as
         ``(scheme, slot)``.
     """
 
     first: int
     arrays: dict[str, npt.NDArray[np.generic]]
+
+
+def trial_axis(name: str) -> int | None:
+    """Return which axis of a block's array counts trials; None if none does."""
+    if name in SHARED:
+        return 0
+    return 1 if name in PER_SCHEME else None
 
 
 def cut(scenario: Scenario, trials: int) -> list[range]:
@@ -70,66 +84,43 @@ def cut(scenario: Scenario, trials: int) -> list[range]:
     return [range(first, end) for first, end in pairwise(edges)]
 
 
-def world_of(scenario: Scenario, seed: int, trials: Sequence[int], motion: Motion) -> World:
-    """Return nature for some trials: their truth and their luck."""
-    shape = (*motion.present.shape, 3)
-    return World(scenario, motion, standard_normals(seed, trials, Stream.MEASUREMENT, shape))
-
-
 def run_block(
-    scenario: Scenario,
-    schemes: Sequence[Scheme],
+    scene: Scene,
+    schemes: Sequence[ConfiguredScheme],
     seed: int,
     trials: range,
     advance: Advance = lambda slots: None,
 ) -> Block:
-    """Run some trials of a scenario with every scheme, on the same truth and luck.
+    """Run some trials of a scene with every scheme, on the same truth and luck.
 
     Parameters
     ----------
     advance
         Called with the number of trial-slots done since the last call.
     """
-    motion = plan_motion(scenario, seed, trials)
-    world = world_of(scenario, seed, trials, motion)
-    runs = [_run_scheme(scenario, scheme, world, advance) for scheme in schemes]
+    world = begin(scene, seed, trials)
+    runs = [_run_scheme(world, scheme, advance) for scheme in schemes]
     arrays: dict[str, npt.NDArray[np.generic]] = {
-        name: np.stack([run[name] for run in runs]) for name in (*PER_SCHEME, "phase", SECONDS)
+        name: np.stack([run[name] for run in runs]) for name in (*PER_SCHEME, SECONDS)
     }
-    slots = range(scenario.n_slots)
-    arrays["truth"] = np.stack([world.truth(slot) for slot in slots], axis=1)
-    arrays["present"] = np.stack([world.present(slot) for slot in slots], axis=1)
+    arrays |= {name: runs[0][name] for name in (*FIXED, *SHARED)}
     return Block(trials.start, arrays)
 
 
 def _run_scheme(
-    scenario: Scenario, scheme: Scheme, world: World, advance: Advance
+    world: World, scheme: ConfiguredScheme, advance: Advance
 ) -> dict[str, npt.NDArray[np.generic]]:
     records: list[SlotRecord] = []
-    for record in run_slots(scenario, scheme, world):
+    for record in run_slots(world, scheme):
         records.append(record)
-        advance(world.luck.shape[0])
-    arrays = {
-        name: np.stack([getattr(record, name) for record in records], axis=1) for name in PER_SCHEME
+        advance(len(world.trials))
+    arrays: dict[str, npt.NDArray[np.generic]] = {
+        name: np.stack([getattr(record, name) for record in records], axis=1)
+        for name in (*SHARED, *PER_SCHEME)
     }
+    for name in FIXED:
+        arrays[name] = np.stack([getattr(record, name) for record in records])
     beam = arrays["beam"]
     arrays["beam"] = np.stack([beam.real, beam.imag], axis=-1)
-    arrays["phase"] = np.array([record.phase for record in records])
     arrays[SECONDS] = np.array([record.decision_seconds for record in records])
     return arrays
-
-
-def check_names(schemes: Sequence[Scheme]) -> None:
-    """Refuse two schemes of the same name: results are told apart by it.
-
-    Raises
-    ------
-    SchemeError
-        Names the doubled scheme.
-    """
-    names = [scheme.name for scheme in schemes]
-    doubled = sorted({name for name in names if names.count(name) > 1})
-    if doubled:
-        raise SchemeError(f"scheme {doubled[0]!r} is asked for twice; give each one once")
-    if not names:
-        raise SchemeError("no scheme is asked for; give at least one")

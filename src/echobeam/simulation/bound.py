@@ -1,7 +1,12 @@
-"""The posterior Cramer-Rao bound of a run: what no filter could beat on its measurements.
+"""Posterior Cramer-Rao bound of a run, for measurement variances taken as given.
 
 The recursion needs three expectations over the trials. They are sums, so that blocks of trials
 can be added up without being kept.
+
+The information of a measurement is H^T R^-1 H with the variance R that nature drew it with, as a
+given constant. R depends on the state, steeply where a narrow beam misses its object, so the fact
+that a measurement came out well or badly tells of the state too; a filter that uses the law of R
+may lie below this bound. It is what a filter can reach that is told R.
 """
 
 from __future__ import annotations
@@ -13,8 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.estimation.bound import information_bound, measured_information, motion_square
-from echobeam.physics.motion import uav_path
+from echobeam.physics.geometry import along_road_variance
 from echobeam.scenario.model import Scenario
+from echobeam.simulation.scene import scene_of
+from echobeam.simulation.world import begin
 from echobeam.tracking.evolution import evolution_jacobian
 from echobeam.tracking.measurement import measurement_jacobian
 from echobeam.values import Array
@@ -23,6 +30,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHUNK = 256
+
+BOUND_NEEDS = ("truth", "true_var", "predicted_cov", "uav_velocity")
+"""Variables of a result that the bound is made of."""
 
 TERMS = ("information", "motion", "motion_square", "predictions")
 """What the bound is made of, each with a leading axis of schemes."""
@@ -43,8 +53,7 @@ def with_bound(result: xr.Dataset, scenario: Scenario) -> xr.Dataset:
     total: dict[str, Array] = {}
     for first in range(0, result.sizes["trial"], CHUNK):
         part = result.isel(trial=slice(first, first + CHUNK))
-        arrays = {name: _laid_out(part[name]) for name in ("truth", "measured_var")}
-        arrays["predicted_cov"] = _laid_out(part["predicted_cov"])
+        arrays = {name: _laid_out(part[name]) for name in BOUND_NEEDS}
         terms = bound_terms(arrays, scenario)
         total = {name: terms[name] + total.get(name, 0.0) for name in terms}
     bounds = np.stack(
@@ -63,7 +72,7 @@ def bound_terms(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
     Parameters
     ----------
     arrays
-        ``truth``, ``measured_var`` and ``predicted_cov``, laid out as in the result file.
+        `BOUND_NEEDS`, laid out as in the result file.
     scenario
         What was run.
 
@@ -78,17 +87,19 @@ def bound_terms(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
     if scenario.trace is not None:
         return {}
     truth = np.asarray(arrays["truth"], dtype=np.float64)
-    variance = np.asarray(arrays["measured_var"], dtype=np.float64)
-    uav, trials, schemes = scenario.uav, len(truth), len(variance)
-    path = uav_path(
-        uav.height, uav.speed, uav.heading, scenario.frame.slot, truth.shape[1], uav.floor
-    )
-    speed, heading = path.speed[:, None], path.heading[:, None]
+    variance = np.asarray(arrays["true_var"], dtype=np.float64)
+    trials, schemes = len(truth), len(variance)
+    velocity = np.asarray(arrays["uav_velocity"], dtype=np.float64)
+    speed = np.hypot(velocity[:, 0], velocity[:, 2])[:, None]
+    heading = np.arctan2(velocity[:, 2], velocity[:, 0])[:, None]
     G = evolution_jacobian(truth[:, :-1], speed[:-1], heading[:-1], scenario.frame.slot, "exact")
     H = measurement_jacobian(truth, speed, heading, scenario.radio.carrier)
     doubt = np.diagonal(np.asarray(arrays["predicted_cov"], dtype=np.float64), axis1=-2, axis2=-1)
     doubtful = (doubt > 0).all(axis=-1).sum(axis=(1, 2, 3))
-    alike = {"motion": G.sum(axis=0), "motion_square": motion_square(G, _process(scenario))}
+    alike = {
+        "motion": G.sum(axis=0),
+        "motion_square": motion_square(G, _process(scenario, truth.shape[1])),
+    }
     return {
         "information": np.stack([measured_information(H, one) for one in variance]),
         **{name: np.stack([values] * schemes) for name, values in alike.items()},
@@ -114,7 +125,7 @@ def bound_of(terms: Mapping[str, Array], scenario: Scenario) -> Array:
     predictions, trials = terms["predictions"]
     if predictions == 0:
         return np.full((*information.shape[:2], 3), np.nan)
-    F, Q = terms["motion"] / trials, _process(scenario)
+    F, Q = terms["motion"] / trials, _process(scenario, len(information))
     # E[(G - F)^T Q^-1 (G - F)] from sums that can be added up; zero without process noise.
     scatter = terms["motion_square"] / trials - motion_square(F[None], Q)
     prior = np.zeros((information.shape[1], 3, 3))
@@ -126,17 +137,31 @@ def bound_of(terms: Mapping[str, Array], scenario: Scenario) -> Array:
     return deviations
 
 
-def _process(scenario: Scenario) -> Array:
-    """Return the covariance of the process noise that nature has, ``(3, 3)``."""
-    settings = scenario.filter
+def _process(scenario: Scenario, n_slots: int) -> Array:
+    """Return the covariance of nature's process noise, ``(n - 1, K, 3, 3)``; zero if it adds none.
+
+    Nature moves the object along the road; in angle and distance this noise has one direction,
+    (-sin(theta) / d, cos(theta)). It is taken along the motion without noise, which is the same
+    for all trials.
+    """
     if not scenario.truth.process_noise:
         return np.zeros((3, 3))
-    noise: Array = np.diag([settings.angle_std, settings.distance_std, settings.velocity_std]) ** 2
-    return noise
+    angle_std, distance_std, velocity_std = scenario.truth_stds
+    covariances = np.zeros((n_slots - 1, scenario.n_objects, 3, 3))
+    world = begin(scene_of(scenario.replace({"truth.process_noise": False})), 0, range(1))
+    for slot in range(n_slots - 1):
+        theta, d = world.state[0, :, 0], world.state[0, :, 1]
+        along = np.sqrt(along_road_variance(world.state[0], (angle_std, distance_std)))
+        column = np.stack([-np.sin(theta) / d, np.cos(theta), np.zeros_like(d)], axis=-1)
+        column = column * along[:, None]
+        covariances[slot] = column[:, :, None] * column[:, None, :]
+        covariances[slot, :, 2, 2] = velocity_std**2
+        world = world.advance()
+    return covariances
 
 
 def _laid_out(variable: xr.DataArray) -> Array:
     """Return a variable's values with its axes in the file's order."""
-    order = ("scheme", "trial", "slot", "object", "state", "state_b", "measurement")
+    order = ("scheme", "trial", "slot", "object", "state", "state_b", "measurement", "axis")
     values: Array = variable.transpose(*(name for name in order if name in variable.dims)).values
     return values

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from os import environ
 from typing import TYPE_CHECKING
@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.scenario.dump import dump_scenario
+from echobeam.physics.polar import POLAR, POLAR_MEASUREMENT
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.blocks import SHARED, Block
-from echobeam.values import MEASUREMENT, STATE
+from echobeam.simulation.blocks import Block, trial_axis
+from echobeam.simulation.environment import environment
+from echobeam.simulation.scene import Scene
+from echobeam.values import Mode
 from echobeam.version import __version__
 
 if TYPE_CHECKING:
@@ -27,11 +29,17 @@ _PER_OBJECT = ("scheme", "trial", "slot", "object")
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """How one variable of a result is laid out and what it means."""
+    """Layout and meaning of one variable of a result."""
 
     dims: tuple[str, ...]
     units: str
     long_name: str
+    flags: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def attributes(self) -> dict[str, object]:
+        """Attributes of the variable in the file."""
+        return {"units": self.units, "long_name": self.long_name, **self.flags}
 
 
 VARIABLES: dict[str, Variable] = {
@@ -39,6 +47,28 @@ VARIABLES: dict[str, Variable] = {
         ("trial", "slot", "object", "state"), "rad, m, m/s", "true angle, distance and velocity"
     ),
     "present": Variable(("trial", "slot", "object"), "1", "whether the object is in the scene"),
+    "identity": Variable(
+        ("trial", "slot", "object"),
+        "1",
+        "who is in the column: index into the attribute names; -1 nobody",
+    ),
+    "position": Variable(
+        ("trial", "slot", "object", "axis"), "m", "true position in ground coordinates"
+    ),
+    "uav_position": Variable(("slot", "axis"), "m", "position of the UAV in ground coordinates"),
+    "uav_velocity": Variable(("slot", "axis"), "m/s", "velocity of the UAV"),
+    "mode": Variable(
+        ("scheme", "trial", "slot"),
+        "1",
+        "mode of the transmission",
+        {
+            "flag_values": np.array(list(Mode), dtype=np.int8),
+            "flag_meanings": " ".join(mode.name.lower() for mode in Mode),
+        },
+    ),
+    "covered": Variable(
+        _PER_OBJECT, "rad", "half-width that the beam was designed to cover; NaN without a design"
+    ),
     "predicted": Variable(
         (*_PER_OBJECT, "state"), "rad, m, m/s", "prior mean of the slot given the slot before"
     ),
@@ -55,7 +85,12 @@ VARIABLES: dict[str, Variable] = {
     "measured_var": Variable(
         (*_PER_OBJECT, "measurement"),
         "rad^2, s^2, Hz^2",
-        "variance of the measurement; infinite where nothing was measured",
+        "variance that the scheme was given; infinite where nothing was measured",
+    ),
+    "true_var": Variable(
+        (*_PER_OBJECT, "measurement"),
+        "rad^2, s^2, Hz^2",
+        "variance with which nature drew the measurement; infinite where nothing was measured",
     ),
     "beam": Variable((*_PER_OBJECT, "antenna", "part"), "sqrt(power)", "beam sent for the object"),
     "sinr": Variable(_PER_OBJECT, "1", "SINR at the true channel"),
@@ -82,18 +117,23 @@ def coordinates(
         ),
         "state": (
             ("state",),
-            np.array(STATE),
+            np.array(POLAR.names),
             {"units": "1", "long_name": "component of the state"},
         ),
         "state_b": (
             ("state_b",),
-            np.array(STATE),
+            np.array(POLAR.names),
             {"units": "1", "long_name": "component of the state"},
         ),
         "measurement": (
             ("measurement",),
-            np.array(MEASUREMENT),
+            np.array(POLAR_MEASUREMENT),
             {"units": "1", "long_name": "component of the measurement"},
+        ),
+        "axis": (
+            ("axis",),
+            np.array(["x", "y", "z"]),
+            {"units": "1", "long_name": "along the road, across it, up"},
         ),
         "part": (
             ("part",),
@@ -104,12 +144,30 @@ def coordinates(
     }
 
 
-def attributes(scenario: Scenario, seed: int) -> dict[str, str | int]:
-    """Return a result's attributes: all that is needed to make it again."""
+def phases(lowest: AnyArray, highest: AnyArray) -> AnyArray:
+    """Return the coordinate phase ``(scheme, slot)`` from the modes' extremes over the trials."""
+    names = np.array([mode.name.lower() for mode in Mode])
+    return np.asarray(np.where(lowest == highest, names[lowest], names[Mode.MIXED]))
+
+
+def attributes(
+    scenario: Scenario, seed: int, names: Sequence[str]
+) -> dict[str, str | int | list[str]]:
+    """Return a result's attributes: all that is needed to make it again.
+
+    Parameters
+    ----------
+    scenario, seed
+        What was run.
+    names
+        Names of the objects, by identity.
+    """
     return {
-        "scenario": dump_scenario(scenario),
+        "scenario": scenario.to_toml(),
         "seed": seed,
+        "names": list(names),
         "echobeam_version": __version__,
+        "environment": environment(),
         "created": _now(),
     }
 
@@ -122,20 +180,21 @@ def _now() -> str:
 
 
 def as_dataset(
-    scenario: Scenario, names: Sequence[str], seed: int, blocks: Sequence[Block]
+    scene: Scene, names: Sequence[str], seed: int, blocks: Sequence[Block]
 ) -> xr.Dataset:
     """Join blocks, in order, to one labelled dataset in memory."""
     import xarray as xr
 
-    phase = blocks[0].arrays["phase"]
     data = {}
     for name, variable in VARIABLES.items():
-        axis = 0 if name in SHARED else 1
-        values = np.concatenate([block.arrays[name] for block in blocks], axis=axis)
-        data[name] = xr.Variable(
-            variable.dims, values, {"units": variable.units, "long_name": variable.long_name}
-        )
+        axis = trial_axis(name)
+        parts = [block.arrays[name] for block in blocks]
+        values = parts[0] if axis is None else np.concatenate(parts, axis=axis)
+        data[name] = xr.Variable(variable.dims, values, variable.attributes)
+    mode = data["mode"].values
+    phase = phases(mode.min(axis=1), mode.max(axis=1))
     coords = {
-        name: xr.Variable(*parts) for name, parts in coordinates(scenario, names, phase).items()
+        name: xr.Variable(*parts)
+        for name, parts in coordinates(scene.scenario, names, phase).items()
     }
-    return xr.Dataset(data, coords, attributes(scenario, seed))
+    return xr.Dataset(data, coords, attributes(scene.scenario, seed, scene.mover.names))

@@ -1,21 +1,20 @@
-"""How long schemes take to decide on a slot's beams: measured, and kept out of every result.
+"""Decision times of schemes: measured, and kept out of every result.
 
 A time is no number that the same seed gives again. So it travels in the blocks of a run under a
-name of its own, which neither digests nor result files take up.
+name of its own, which neither statistics nor result files take up.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.schemes.base import Scheme, View
-from echobeam.values import Array, GaussianState, Measurement
+from echobeam.values import Array
 
 SECONDS = "timing:decision"
-"""Name in a block of ``(scheme, slot)`` s per trial; NaN in slots without a decision."""
+"""Name in a block of ``(scheme, slot)`` s per trial; NaN in slots without a timed decision."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +25,7 @@ class DecisionTime:
     ----------
     mean, p99
         Mean and 99th percentile over directional slots and blocks of trials, of a block's time
-        divided by its trials; NaN for a scheme without directional slots.
+        divided by its trials; NaN for a scheme without timed slots.
     """
 
     mean: float
@@ -38,7 +37,7 @@ Decisions = dict[str, DecisionTime]
 
 
 def decision_times(blocks: Sequence[Array], names: Sequence[str]) -> Decisions:
-    """Return what the times of some blocks, ``(scheme, slot)`` each, come to."""
+    """Return mean and percentile of the times of some blocks, ``(scheme, slot)`` each."""
     return {
         name: _summary(seconds[np.isfinite(seconds)])
         for name, seconds in zip(names, np.stack(blocks, axis=1), strict=True)
@@ -51,38 +50,15 @@ def _summary(seconds: Array) -> DecisionTime:
     return DecisionTime(float(seconds.mean()), float(np.quantile(seconds, 0.99)))
 
 
-_rehearsed: set[str] = set()
+_decided: set[str] = set()
 
 
-def rehearse(scheme: Scheme, prior: GaussianState, view: View) -> None:
-    """Let a built-in scheme's first decision in a process be one for a single trial, not timed.
+def first_decision(name: str) -> bool:
+    """Return whether this is the first decision of a scheme in this process.
 
-    What it takes to load or compile a solver, once, is no part of a slot's decision. Users' schemes
-    are asked once per slot and no more.
+    It may load or compile a solver, which is no part of a slot's decision, and is not timed.
     """
-    if scheme.name in _rehearsed or type(scheme).__module__ not in _BUILT_IN:
-        return
-    _rehearsed.add(scheme.name)
-    scheme.beamform(_first(prior), _first_of_view(view))
-
-
-_BUILT_IN = frozenset(
-    f"echobeam.schemes.{name}" for name in ("temporal", "pilot", "water_filling", "genie")
-)
-
-
-def _first(state: GaussianState) -> GaussianState:
-    return GaussianState(state.mean[:1], state.cov[:1], state.known[:1])
-
-
-def _first_of_view(view: View) -> View:
-    """Return what a scheme sees of the first trial, with nothing remembered."""
-    return replace(
-        view,
-        posterior=_first(view.posterior),
-        measurement=Measurement(view.measurement.value[:1], view.measurement.variance[:1]),
-        spread=view.spread[:1],
-        memory=None,
-        truth=None if view.truth is None else view.truth[:1],
-        present=None if view.present is None else view.present[:1],
-    )
+    if name in _decided:
+        return False
+    _decided.add(name)
+    return True

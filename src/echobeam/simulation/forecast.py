@@ -1,4 +1,4 @@
-"""How far ahead a filter sees: predictions without measurements, and what became of them."""
+"""Forecasts of a filter: predictions without measurements, and their errors."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from echobeam.estimation.gaussian import propagate, wrap
-from echobeam.physics.motion import UavPath, uav_path
-from echobeam.physics.position import offset, offset_cov
+from echobeam.physics.geometry import offset, offset_cov
+from echobeam.physics.polar import POLAR
 from echobeam.scenario.model import Scenario
+from echobeam.schemes.base import System
+from echobeam.schemes.configure import system_for
 from echobeam.tracking.evolution import evolution_jacobian, evolve
-from echobeam.values import STATE, Array, BoolArray, IntArray
+from echobeam.values import NOBODY, Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,13 +25,10 @@ MOST_SLOTS = 50
 SIGMAS = 3.0
 """Half-width of the promised band, in standard deviations."""
 
-QUANTITIES = (*STATE, "position")
-"""What is forecast; the position is that in the vertical plane above the road."""
+QUANTITIES = (*POLAR.names, "position")
+"""Quantities that are forecast; the position is that in the vertical plane above the road."""
 
 CHUNK = 128
-
-# m: a car does not leap so far in a slot, and two cars are further apart.
-_JUMP = 1.0
 
 
 class Forecast(NamedTuple):
@@ -41,7 +40,7 @@ class Forecast(NamedTuple):
 
 
 def forecasts(
-    mean: Array, cov: Array, origins: IntArray, most: int, path: UavPath, scenario: Scenario
+    mean: Array, cov: Array, origins: IntArray, most: int, uav_velocity: Array, system: System
 ) -> Iterator[Forecast]:
     """Yield the predictions from some slots' posteriors, one slot further ahead each time.
 
@@ -52,20 +51,24 @@ def forecasts(
     mean, cov
         ``(..., m, K, 3)`` and ``(..., m, K, 3, 3)``: posteriors of m slots.
     origins
-        ``(m,)``: these slots, counted from 0, ascending. What would reach beyond the path's last
-        slot ends: the results' axis of slots grows shorter.
+        ``(m,)``: these slots, counted from 0, ascending. Forecasts that would reach beyond the
+        flight's last slot end: the results' axis of slots grows shorter.
     most
         The longest horizon, slots.
-    path, scenario
-        The UAV's flight and what the filter believes.
+    uav_velocity
+        ``(n, 3)`` m/s: the flight, slot by slot.
+    system
+        The system of the scheme, with the settings of its filter.
     """
-    settings, duration = scenario.filter, scenario.frame.slot
+    settings, duration = system.filter, system.slot_duration
+    speed = np.hypot(uav_velocity[:, 0], uav_velocity[:, 2])
+    heading = np.arctan2(uav_velocity[:, 2], uav_velocity[:, 0])
     process = np.diag([settings.angle_std, settings.distance_std, settings.velocity_std]) ** 2
     for horizon in range(1, most + 1):
-        left = int(np.sum(origins + horizon < len(path.speed)))
+        left = int(np.sum(origins + horizon < len(speed)))
         mean, cov = mean[..., :left, :, :], cov[..., :left, :, :, :]
         flown = origins[:left] + horizon - 1
-        motion = path.speed[flown, None], path.heading[flown, None], duration, settings.evolution
+        motion = speed[flown, None], heading[flown, None], duration, settings.evolution
         with np.errstate(all="ignore"):  # a lost track may pass through the UAV
             G = evolution_jacobian(mean, *motion)
             mean, cov = evolve(mean, *motion), propagate(cov, G, process)
@@ -75,7 +78,7 @@ def forecasts(
 def forecast_errors(
     result: xr.Dataset, scenario: Scenario, made_in: range | None = None
 ) -> xr.Dataset:
-    """Return what became of forecasts from the posteriors of some slots, per scheme and horizon.
+    """Return errors of forecasts from the posteriors of some slots, per scheme and horizon.
 
     A forecast counts where the object was known when it was made and the same object is there
     until it falls due. A scheme that predicts nothing makes none, nor does one without doubt (a
@@ -102,10 +105,8 @@ def forecast_errors(
     """
     import xarray as xr
 
-    slots, uav = result["slot"].values, scenario.uav
-    path = uav_path(
-        uav.height, uav.speed, uav.heading, scenario.frame.slot, int(slots[-1]), uav.floor
-    )
+    slots = result["slot"].values
+    uav_velocity = result["uav_velocity"].transpose("slot", "axis").values
     origins = np.asarray(slots[:-1] if made_in is None else made_in, dtype=np.int64) - 1
     reach = len(slots) - 1 if made_in is None else int(slots[-1]) - made_in[-1]
     most = min(MOST_SLOTS, reach)
@@ -118,9 +119,12 @@ def forecast_errors(
         cov = part["estimated_cov"].values
         doubtful = (np.diagonal(cov, axis1=-2, axis2=-1) > 0).all(axis=-1, keepdims=True)
         mean = np.where(doubtful, part["estimated"].values, np.nan)
-        states = truth, mean, cov
-        first = int(slots[0]) - 1
-        for horizon, found in _examine(states, origins, first, most, path, scenario):
+        identity = np.where(part["present"].values.astype(bool), part["identity"].values, NOBODY)
+        system = system_for(scenario, str(result["scheme"].values[scheme]))
+        examined = _examine(
+            (truth, mean, cov), identity, origins - int(slots[0]) + 1, most, uav_velocity, system
+        )
+        for horizon, found in examined:
             for name, value in found.items():
                 sums[name][scheme, horizon - 1] += value
     count = np.where(sums["count"] > 0, sums["count"], np.nan)
@@ -145,7 +149,7 @@ def _predicting(result: xr.Dataset) -> Iterator[tuple[int, xr.Dataset]]:
     """Yield number and trials of every scheme that predicts, some trials at a time."""
     order = ("trial", "slot", "object", "state", "state_b")
     for scheme in range(result.sizes["scheme"]):
-        one = result[["truth", "present", "predicted", "estimated", "estimated_cov"]]
+        one = result[["truth", "present", "identity", "predicted", "estimated", "estimated_cov"]]
         one = one.isel(scheme=scheme)
         if not np.isfinite(one["predicted"].isel(trial=0).values).any():
             continue
@@ -156,19 +160,17 @@ def _predicting(result: xr.Dataset) -> Iterator[tuple[int, xr.Dataset]]:
 
 def _examine(
     states: tuple[Array, Array, Array],
-    origins: IntArray,
-    first: int,
+    identity: IntArray,
+    at: IntArray,
     most: int,
-    path: UavPath,
-    scenario: Scenario,
+    uav_velocity: Array,
+    system: System,
 ) -> Iterator[tuple[int, dict[str, Array]]]:
     """Yield, per horizon, sums ``(quantity,)`` over the forecasts of truth, mean and covariance."""
     truth, mean, cov = states
-    at = origins - first
-    here = path.x[first : first + truth.shape[1], None] + offset(truth)[..., 0]
-    moves = same_object(here, truth[..., 2], scenario.frame.slot)
-    gone = np.cumsum(np.concatenate([np.zeros_like(moves[:, :1]), ~moves], axis=1), axis=1)
-    for one in forecasts(mean[:, at], cov[:, at], origins, most, path, scenario):
+    changes = ~same_object(identity)
+    gone = np.cumsum(np.concatenate([np.zeros_like(changes[:, :1]), changes], axis=1), axis=1)
+    for one in forecasts(mean[:, at], cov[:, at], at, most, uav_velocity, system):
         began = at[: one.mean.shape[1]]
         due = began + one.horizon
         square, variance, inside = _compare(one, truth[:, due])
@@ -212,24 +214,18 @@ def plane_sigmas(sigmas: float = SIGMAS) -> float:
     return float(np.sqrt(-2.0 * np.log(erfc(sigmas / np.sqrt(2.0)))))
 
 
-def same_object(x: Array, velocity: Array, step: float) -> BoolArray:
-    """Return whether an object's column holds the same object in a slot and in the next.
-
-    In traffic a column passes to another object when the first has left; then the position jumps
-    by more than the velocity can explain. Who is absent (NaN) is not the same.
+def same_object(identity: IntArray) -> BoolArray:
+    """Return whether a column holds the same object in a slot and in the next.
 
     Parameters
     ----------
-    x, velocity
-        ``(..., n, K)`` m and m/s: position and velocity along the road.
-    step
-        s, from slot to slot.
+    identity
+        ``(..., n, K)``; an empty column is no object.
 
     Returns
     -------
     BoolArray
         ``(..., n - 1, K)``.
     """
-    moved, expected = np.diff(x, axis=-2), velocity[..., 1:, :] * step
-    same: BoolArray = np.abs(moved - expected) <= _JUMP + np.abs(expected)
+    same: BoolArray = (np.diff(identity, axis=-2) == 0) & (identity[..., 1:, :] != NOBODY)
     return same

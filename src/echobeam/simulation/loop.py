@@ -1,240 +1,252 @@
-"""The loop over slots: predict, beamform, transmit, echo, measure, update, move."""
+"""The loop over slots: predict, transmit, link, sense, update, advance."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from echobeam.scenario.model import Scenario
-from echobeam.schemes.base import Decision, Scheme, SchemeError, System, View
-from echobeam.simulation.decisions import rehearse
+from echobeam.schemes.base import Decision, SchemeError, View, reported
+from echobeam.schemes.configure import ConfiguredScheme
+from echobeam.simulation.decisions import first_decision
+from echobeam.simulation.examine import examine_decision, examine_tracks
+from echobeam.simulation.randomness import Use, trial_normals
+from echobeam.simulation.receiver import by_identity, receive
 from echobeam.simulation.world import World
 from echobeam.values import (
-    PHASES,
     Array,
     BoolArray,
     ComplexArray,
-    GaussianState,
-    Measurement,
-    Phase,
+    IntArray,
+    Mode,
+    ModeArray,
+    Status,
+    Tracks,
     freeze,
 )
-
-POWER_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class SlotRecord:
-    """Everything that happened in one slot; leading axes as the run's.
+    """Record of one slot; leading axes as the run's.
 
     Names, shapes and units are those of the result file: states are rad, m, m/s; measurements
-    rad, s, Hz; beams sqrt(power); rates bit/s/Hz. ``decision_seconds`` is what `beamform` took
-    per trial, NaN in slots without it; no result file has it.
+    rad, s, Hz; positions m; beams sqrt(power); rates bit/s/Hz. ``messages`` are the reasons of
+    fallbacks by trial. ``decision_seconds`` is the time of `transmit` per trial, NaN where it was
+    not taken; no result file has it.
     """
 
     slot: int
     time: float
-    phase: Phase
-    truth: Array
+    uav_position: Array
+    uav_velocity: Array
+    identity: IntArray
     present: BoolArray
+    position: Array
+    truth: Array
+    mode: ModeArray
+    covered: Array
     predicted: Array
     predicted_cov: Array
     estimated: Array
     estimated_cov: Array
     measured: Array
     measured_var: Array
+    true_var: Array
     beam: ComplexArray
     sinr: Array
     rate: Array
     radar_snr: Array
     fallback: BoolArray
+    messages: dict[int, str]
     decision_seconds: float
 
-
-@dataclass(frozen=True, slots=True)
-class Memory:
-    """What passes from one slot to the next on the UAV's side."""
-
-    posterior: GaussianState
-    measurement: Measurement
-    spread: Array
-    scheme: object
+    def __repr__(self) -> str:
+        """Return slot, mode and mean sum rate in one line."""
+        modes = {Mode(int(mode)).name.lower() for mode in np.unique(self.mode)}
+        total = float(np.nansum(self.rate, axis=-1).mean())
+        return f"<SlotRecord slot {self.slot}: {' and '.join(sorted(modes))}, {total:.4g} bit/s/Hz>"
 
 
-def run_slots(scenario: Scenario, scheme: Scheme, world: World) -> Iterator[SlotRecord]:
+def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord]:
     """Yield the record of every slot of a block of trials.
+
+    Parameters
+    ----------
+    world
+        Nature in the first slot.
+    configured
+        The scheme and its system.
 
     Raises
     ------
     SchemeError
-        If the scheme's beams are not finite or radiate more than P_T.
+        If the scheme raises, or its answer is not what the contract asks for.
     """
-    memory = _blank(world)
-    for slot in range(scenario.n_slots):
-        truth = world.truth(slot)
-        view = _view(scenario, scheme, world, slot, memory)
-        prior = _read_only(_ask(scheme, "predict", view, view))
-        decision, seconds = _decide(scheme, prior, view)
-        sent = world.transmission(view.phase, decision.beams, slot)
-        link = world.transmit(sent, truth)
-        snr = world.echo(sent, truth)
-        heard = _ask(scheme, "listens", view, view)
-        measurement = world.measure(sent, snr, truth, heard, view.uav, slot)
-        posterior = _read_only(_ask(scheme, "update", view, prior, measurement, view))
-        memory = Memory(posterior, measurement, _spread(view, measurement), decision.memory)
+    knowledge = world.scene.scenario.radar.variance
+    uav_before, memory = world.uav, None
+    belief: Any = None
+    for slot in range(world.scene.scenario.n_slots):
+        view = _view(world, configured, uav_before, memory)
+        if slot == 0:
+            belief = _ask(configured, "start", view, view)
+        prior = _ask(configured, "predict", view, belief, view)
+        predicted = _tracks(configured, prior, "predict", view)
+        decision, seconds = _decide(configured, prior, predicted, view)
+        link, echoes = world.link(decision), world.sense(decision)
+        detections = receive(
+            echoes, world.identity, predicted, decision.sent, world.scene.law, knowledge
+        )
+        view = replace(view, sent=decision.sent)
+        belief = _ask(configured, "update", view, prior, detections, view)
+        estimated = _tracks(configured, belief, "update", view)
         yield SlotRecord(
             slot=slot + 1,
-            time=slot * scenario.frame.slot,
-            phase=view.phase,
-            truth=truth,
-            present=world.present(slot),
-            predicted=prior.mean,
-            predicted_cov=prior.cov,
-            estimated=posterior.mean,
-            estimated_cov=posterior.cov,
-            measured=measurement.value,
-            measured_var=measurement.variance,
-            beam=decision.beams,
+            time=slot * world.scene.scenario.frame.slot,
+            uav_position=world.uav.position,
+            uav_velocity=world.uav.velocity,
+            identity=view.roster,
+            present=np.broadcast_to(world.present, view.roster.shape),
+            position=_spread_out(world.ground.position, view),
+            truth=_spread_out(world.state, view),
+            mode=decision.mode,
+            covered=_for_objects(decision, view, decision.covered, np.nan),
+            predicted=by_identity(predicted, view.roster, predicted.mean),
+            predicted_cov=by_identity(predicted, view.roster, predicted.cov),
+            estimated=by_identity(estimated, view.roster, estimated.mean),
+            estimated_cov=by_identity(estimated, view.roster, estimated.cov),
+            measured=detections.value,
+            measured_var=detections.variance,
+            true_var=echoes.variance,
+            beam=_beams(decision, view),
             sinr=link.sinr,
             rate=link.rate,
-            radar_snr=snr,
+            radar_snr=echoes.snr,
             fallback=decision.fallback,
+            messages=decision.messages or {},
             decision_seconds=seconds,
         )
+        uav_before, memory = world.uav, decision.memory
+        if slot + 1 < world.scene.scenario.n_slots:
+            world = world.advance()
 
 
-def _blank(world: World) -> Memory:
-    """Return the memory of a UAV that has seen nothing."""
-    shape = (world.luck.shape[0], world.motion.present.shape[1])
-    unknown = GaussianState(
-        mean=np.full((*shape, 3), np.nan),
-        cov=np.full((*shape, 3, 3), np.nan),
-        known=np.zeros(shape, dtype=bool),
-    )
-    nothing = Measurement(np.full((*shape, 3), np.nan), np.full((*shape, 3), np.inf))
-    return Memory(unknown, nothing, np.full(shape, np.nan), None)
-
-
-def _view(scenario: Scenario, scheme: Scheme, world: World, slot: int, memory: Memory) -> View:
-    """Return what the scheme may know; objects that left are forgotten."""
-    slot_in_frame = slot % scenario.frame.slots_per_frame + 1
-    stays = ~world.motion.arrived(slot)
-    last = memory.posterior
-    posterior = GaussianState(
-        mean=np.where(stays[:, None], last.mean, np.nan),
-        cov=np.where(stays[:, None, None], last.cov, np.nan),
-        known=last.known & stays,
-    )
+def _view(world: World, configured: ConfiguredScheme, uav_before: Any, memory: Any) -> View:
+    """Return the knowledge of the UAV; the truth only for a scheme that declares to see it."""
+    roster = np.broadcast_to(world.identity, (len(world.trials), len(world.identity)))
     return View(
-        slot=slot + 1,
-        slot_in_frame=slot_in_frame,
-        phase=_phase(scheme, slot_in_frame),
-        uav=world.motion.uav(slot),
-        uav_before=world.motion.uav(max(slot - 1, 0)),
-        posterior=posterior,
-        measurement=memory.measurement,
-        spread=np.where(stays, memory.spread, np.nan),
-        memory=memory.scheme,
-        system=system_of(scenario),
-        truth=world.truth(slot) if scheme.omniscient else None,
-        present=world.present(slot) if scheme.omniscient else None,
+        slot=world.slot + 1,
+        uav=world.uav,
+        uav_before=uav_before,
+        system=configured.system,
+        roster=roster,
+        memory=memory,
+        normals=partial(trial_normals, world.seed, world.trials, world.slot, Use.SCHEME),
+        truth=_true_tracks(world, roster) if configured.scheme.omniscient else None,
     )
 
 
-def _phase(scheme: Scheme, slot_in_frame: int) -> Phase:
-    phase = scheme.phase(slot_in_frame)
-    if phase not in PHASES:
-        raise SchemeError(
-            f"scheme {scheme.name!r} gives phase {phase!r} for slot {slot_in_frame} of a frame; "
-            f"expected {', '.join(PHASES)}"
-        )
-    return phase
-
-
-def system_of(scenario: Scenario) -> System:
-    """Return the part of a scenario that the UAV knows."""
-    return System(
-        array=scenario.array,
-        radio=scenario.radio,
-        filter=scenario.filter,
-        coverage=scenario.coverage,
-        ripple=scenario.ripple,
-        slot_duration=scenario.frame.slot,
+def _true_tracks(world: World, roster: IntArray) -> Tracks:
+    """Return the truth as tracks without uncertainty."""
+    mean = np.broadcast_to(world.state, (*roster.shape, world.state.shape[-1]))
+    there = np.broadcast_to(world.present, roster.shape)
+    zero = np.zeros((mean.shape[-1],) * 2)
+    return Tracks(
+        mean=mean,
+        cov=np.where(there[..., None, None], zero, np.nan),
+        status=np.where(there, Status.CONFIRMED, Status.NONE).astype(np.int8),
+        id=roster,
     )
 
 
-def _read_only(state: GaussianState) -> GaussianState:
-    """Protect what is recorded from a scheme that writes into what it was shown."""
-    freeze(state.mean, state.cov, state.known)
-    return state
-
-
-def _ask(scheme: Scheme, method: str, view: View, *arguments: object) -> Any:
-    """Call a scheme; what a user's scheme raises becomes one clear message."""
-    call = getattr(scheme, method)
-    if type(scheme).__module__.startswith("echobeam."):
-        return call(*arguments)
+def _ask(configured: ConfiguredScheme, call: str, view: View, *arguments: object) -> Any:
+    """Call a scheme; what its code raises becomes one clear message with file and line."""
     try:
-        return call(*arguments)
+        return getattr(configured.scheme, call)(*arguments)
     except SchemeError:
         raise
-    except (Exception, SystemExit) as error:
+    except (Exception, SystemExit) as error:  # a user's scheme or part may raise anything
+        place = _users_line(error)
+        if place is None:
+            raise  # a fault of our own
         raise SchemeError(
-            f"scheme {scheme.name!r} raised {type(error).__name__} in {method} of slot "
-            f"{view.slot}: {error}"
+            f"scheme {configured.name!r} raised {type(error).__name__} in {call} of slot "
+            f"{view.slot} ({place}): {error}"
         ) from error
 
 
-def _decide(scheme: Scheme, prior: GaussianState, view: View) -> tuple[Decision, float]:
-    """Return the decision and its seconds per trial; no beams outside directional slots."""
-    shape = (*prior.known.shape, view.system.array.n_tx)
-    if view.phase != "directional":
-        nothing = np.full(shape, complex(np.nan, np.nan))
-        return Decision(nothing, np.zeros(shape[:-2], dtype=bool), view.memory), np.nan
-    rehearse(scheme, prior, view)
+def _users_line(error: BaseException) -> str | None:
+    """Return file and line of the innermost code outside the package that raised; None if none."""
+    from pathlib import Path
+    from traceback import extract_tb
+
+    package = Path(__file__).parents[1]
+    frames = [
+        frame
+        for frame in extract_tb(error.__traceback__)
+        if package not in Path(frame.filename).parents
+    ]
+    # Below a user's code its libraries may have raised; the user's own line says more.
+    own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
+    return f"{own[-1].filename}, line {own[-1].lineno}" if own else None
+
+
+def _tracks(configured: ConfiguredScheme, belief: object, call: str, view: View) -> Tracks:
+    """Return the tracks of a belief, examined and protected from being written to."""
+    tracks = reported(belief, configured.name, call)
+    examine_tracks(configured.name, tracks, call, view)
+    freeze(tracks.mean, tracks.cov, tracks.status)
+    return tracks
+
+
+def _decide(
+    configured: ConfiguredScheme, prior: Any, predicted: Tracks, view: View
+) -> tuple[Decision, float]:
+    """Return the decision and its seconds per trial; NaN without directional trials."""
     begun = perf_counter()
-    decision: Decision = _ask(scheme, "beamform", view, prior, view)
-    seconds = (perf_counter() - begun) / shape[0]
-    _examine(scheme, decision, view, shape)
-    return decision, seconds
+    decision: Decision = _ask(configured, "transmit", view, prior, view)
+    seconds = (perf_counter() - begun) / view.n_trials
+    examine_decision(configured.name, decision, predicted, view)
+    freeze(decision.sent.beams)
+    timed = bool((decision.mode == Mode.DIRECTIONAL).any()) and not first_decision(configured.name)
+    return decision, seconds if timed else np.nan
 
 
-def _examine(scheme: Scheme, decision: Decision, view: View, shape: tuple[int, ...]) -> None:
-    """Refuse beams of the wrong shape, not finite or too strong; protect the others."""
-    if decision.beams.shape != shape:
-        raise SchemeError(
-            f"scheme {scheme.name!r} sent beams of shape {decision.beams.shape} in slot "
-            f"{view.slot}; expected {shape}"
-        )
-    if not np.isfinite(decision.beams).all():
-        raise SchemeError(
-            f"scheme {scheme.name!r} sent beams in slot {view.slot} that are not finite"
-        )
-    freeze(decision.beams)
-    most = float(np.max(np.sum(np.abs(decision.beams) ** 2, axis=(-2, -1)), initial=0.0))
-    allowed = view.system.radio.power
-    if most > allowed * (1.0 + POWER_TOLERANCE):
-        raise SchemeError(
-            f"scheme {scheme.name!r} radiates {most:.6g} in slot {view.slot}; "
-            f"at most radio.power = {allowed:.6g} is allowed"
-        )
+def _spread_out(values: Array, view: View) -> Array:
+    """Return values of the objects ``(1 or T, K, ...)`` for every trial."""
+    return np.broadcast_to(values, (view.n_trials, *values.shape[1:]))
 
 
-def _spread(view: View, measurement: Measurement) -> Array:
-    """Return sigma_theta of the last slot in which each object was measured."""
-    variance = measurement.variance[..., 0]
-    measured = np.isfinite(variance)
-    return np.where(measured, np.sqrt(np.where(measured, variance, 0.0)), view.spread)
+def _for_objects(decision: Decision, view: View, values: Any, missing: Any) -> Any:
+    """Return values of the streams ``(T, C, ...)`` in the order of the roster ``(T, K, ...)``."""
+    if decision.addressee.shape == view.roster.shape and np.array_equal(
+        decision.addressee, view.roster
+    ):
+        return values
+    trailing = (1,) * (values.ndim - 2)
+    if decision.addressee.shape[-1] == 0:
+        return np.full((*view.roster.shape, *values.shape[2:]), missing, dtype=values.dtype)
+    match = decision.addressee[:, None, :] == view.roster[..., None]
+    place = np.argmax(match, axis=-1).reshape(*view.roster.shape, *trailing)
+    found = match.any(axis=-1).reshape(*view.roster.shape, *trailing)
+    return np.where(found, np.take_along_axis(values, place, axis=1), missing)
+
+
+def _beams(decision: Decision, view: View) -> ComplexArray:
+    """Return the beam for each object: zero if none, NaN in omnidirectional and pilot slots."""
+    beams: ComplexArray = _for_objects(decision, view, decision.sent.beams, 0.0)
+    directional = (decision.mode != Mode.OMNI) & (decision.mode != Mode.PILOT)
+    if directional.all():
+        return beams
+    return np.where(directional[:, None, None], beams, complex(np.nan, np.nan))
 
 
 def first_trial(record: SlotRecord) -> SlotRecord:
     """Return the record of a block's first trial, without the leading axis."""
-    scalars = ("slot", "time", "phase", "decision_seconds")
-    fields = {
-        name: getattr(record, name)[0] for name in SlotRecord.__slots__ if name not in scalars
-    }
+    shared = ("slot", "time", "uav_position", "uav_velocity", "messages", "decision_seconds")
+    fields = {name: getattr(record, name)[0] for name in SlotRecord.__slots__ if name not in shared}
     return replace(record, **fields)

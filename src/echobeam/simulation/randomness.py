@@ -1,37 +1,84 @@
 """The one door through which randomness enters: standard normals, keyed and scaled later.
 
-Every trial has its own counter-based generator, keyed by (seed, trial) with the stream in the
-counter, and draws slot after slot. So two schemes meet the same luck in the same trial, more
-slots only add draws, and no number depends on how the work was split.
+A counter-based generator (Philox) is keyed by the seed; trial, object, slot and use are words of
+its counter. So two schemes meet the same luck in the same trial, each object has draws of its
+own, more slots or objects only add draws, and no number depends on how the work was split. Every
+uniform word becomes one normal by the inverse of the distribution function.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from enum import IntEnum
 
 import numpy as np
 
-from echobeam.values import Array
+from echobeam.values import Array, IntArray
 
 MAX_SEED = 2**63 - 1
 
+WORDS = 4
+"""64-bit words that Philox gives for each value of its counter, and so for each trial."""
 
-class Stream(IntEnum):
-    """What the draws are used for; each use has a stream of its own."""
+
+class Use(IntEnum):
+    """Use of a draw; each has a stream of its own."""
 
     MEASUREMENT = 1
     PROCESS = 2
+    SCHEME = 3
 
 
-def standard_normals(
-    seed: int, trials: Sequence[int], stream: Stream, shape: tuple[int, ...]
+def object_normals(
+    seed: int, trials: range, slot: int, use: Use, objects: IntArray, count: int
 ) -> Array:
-    """Return independent standard normals ``(len(trials), *shape)``, the slots first in shape."""
-    draws = np.empty((len(trials), *shape))
-    for row, trial in enumerate(trials):
-        generator = np.random.Generator(
-            np.random.Philox(key=[seed, trial], counter=[0, 0, 0, int(stream)])
-        )
-        draws[row] = generator.standard_normal(shape)
+    """Return standard normals of some objects in one slot, ``(T, K, count)``.
+
+    Parameters
+    ----------
+    seed
+        0 to `MAX_SEED`.
+    trials
+        Successive trials.
+    slot
+        Counted from 0.
+    use
+        The use of the draws.
+    objects
+        ``(K,)``: identities, each with draws of its own; negative ones get zeros.
+    count
+        Draws for each, at most `WORDS`.
+    """
+    draws = np.zeros((len(trials), len(objects), count))
+    for column, identity in enumerate(objects.tolist()):
+        if identity >= 0:
+            counter = [trials.start, identity, slot, int(use)]
+            words = np.random.Philox(key=[seed, 0], counter=counter).random_raw(WORDS * len(trials))
+            draws[:, column] = _normals(words).reshape(-1, WORDS)[:, :count]
     return draws
+
+
+def trial_normals(seed: int, trials: range, slot: int, use: Use, shape: tuple[int, ...]) -> Array:
+    """Return standard normals of any number, ``(T, *shape)``, drawn trial by trial.
+
+    Parameters
+    ----------
+    seed, trials, slot, use
+        As in `object_normals`.
+    shape
+        Shape of one trial's draws.
+    """
+    size = int(np.prod(shape))
+    draws = np.empty((len(trials), size))
+    for row, trial in enumerate(trials):
+        generator = np.random.Philox(key=[seed, 1], counter=[0, trial, slot, int(use)])
+        draws[row] = _normals(generator.random_raw(size))
+    return draws.reshape(len(trials), *shape)
+
+
+def _normals(words: np.ndarray[tuple[int, ...], np.dtype[np.uint64]]) -> Array:
+    """Return a standard normal for each 64-bit word: 53 bits, never 0 or 1, inverted."""
+    from scipy.special import ndtri
+
+    uniform = ((words >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
+    normals: Array = ndtri(uniform)
+    return normals

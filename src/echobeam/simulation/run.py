@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 from echobeam.scenario.load import ScenarioError, load_scenario
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.base import Scheme
-from echobeam.schemes.doors import as_scheme
-from echobeam.schemes.registry import find_scheme
-from echobeam.simulation.blocks import Advance, check_names, cut, run_block, world_of
+from echobeam.schemes.configure import configure_all
+from echobeam.simulation.blocks import Advance, cut, run_block
 from echobeam.simulation.dataset import as_dataset
 from echobeam.simulation.loop import SlotRecord, first_trial, run_slots
-from echobeam.simulation.motion import plan_motion
 from echobeam.simulation.randomness import MAX_SEED
+from echobeam.simulation.scene import scene_of
+from echobeam.simulation.world import begin
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,8 +38,8 @@ def simulate(
     scenario
         A scenario, a built-in scenario's name, or the path of a scenario file.
     schemes
-        Names, ``path/to/file.py:name``, functions ``(prior, view) -> beams`` or whole schemes;
-        those that the scenario names if left out.
+        Names, with parameters as in ``temporal:ripple=1``; ``path/to/file.py:name``; functions
+        ``(prior, view) -> beams`` or whole schemes; those that the scenario names if left out.
     trials
         Number of trials; the scenario's if left out.
     seed
@@ -59,10 +58,11 @@ def simulate(
         If the scenario, a scheme or a trace cannot be used.
     """
     scenario = as_scenario(scenario)
-    chosen = resolve_schemes(scenario, schemes)
+    chosen = configure_all(scenario, schemes)
     count = check_count(scenario.trials if trials is None else trials, seed)
-    blocks = [run_block(scenario, chosen, seed, block, advance) for block in cut(scenario, count)]
-    return as_dataset(scenario, [scheme.name for scheme in chosen], seed, blocks)
+    scene = scene_of(scenario)
+    blocks = [run_block(scene, chosen, seed, block, advance) for block in cut(scenario, count)]
+    return as_dataset(scene, [scheme.name for scheme in chosen], seed, blocks)
 
 
 def slots(
@@ -81,28 +81,16 @@ def slots(
         Which of the seed's trials.
     """
     scenario = as_scenario(scenario)
-    (chosen,) = resolve_schemes(scenario, [scheme])
+    (chosen,) = configure_all(scenario, [scheme])
     check_count(trial + 1, seed)
-    trials = range(trial, trial + 1)
-    world = world_of(scenario, seed, trials, plan_motion(scenario, seed, trials))
-    for record in run_slots(scenario, chosen, world):
+    world = begin(scene_of(scenario), seed, range(trial, trial + 1))
+    for record in run_slots(world, chosen):
         yield first_trial(record)
 
 
 def as_scenario(scenario: Scenario | str | Path) -> Scenario:
     """Return a scenario, loading it if its name or file is given."""
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-
-
-def resolve_schemes(scenario: Scenario, schemes: Sequence[str | object] | None) -> list[Scheme]:
-    """Return whole schemes for names and doors of any size, each name once."""
-    if schemes is None:
-        asked: Sequence[str | object] = scenario.schemes
-    else:
-        asked = [schemes] if isinstance(schemes, str) else schemes
-    found = [find_scheme(item) if isinstance(item, str) else as_scheme(item) for item in asked]
-    check_names(found)
-    return found
 
 
 def check_count(trials: int, seed: int) -> int:

@@ -1,4 +1,4 @@
-"""What a run comes to: means with intervals, quantiles, errors and how often a design fell back.
+"""Summary of a run: means with intervals, quantiles, errors, and the number of fallbacks.
 
 Results are read in chunks of trials, so that a summary takes little memory however long the run.
 """
@@ -12,11 +12,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.physics.polar import POLAR
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.bound import TERMS, bound_of
 from echobeam.simulation.dataset import VARIABLES
-from echobeam.simulation.digest import NEEDED, Digest, digest, join
-from echobeam.values import STATE, Array
+from echobeam.simulation.statistics import (
+    NEEDED,
+    Statistics,
+    join,
+    of_scheme,
+    quotient,
+    rmse,
+    statistics_of,
+    sum_rate,
+)
+from echobeam.values import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,8 +62,8 @@ class SchemeSummary:
         ``(n,)``: normalised squared error of the posterior (3 for an honest filter) and squared
         innovation per measured component (1 for an honest filter); NaN where there is none.
     coverage
-        Share of true angles inside the interval of (38f) around the prediction, whatever the
-        scheme does with it.
+        Share of true angles inside the interval (38f) that the beams were designed to cover; NaN
+        for a scheme that designs none.
     outage
         Share of objects in the scene and directional slots whose rate is below ``min_rate``.
     lost
@@ -106,31 +116,27 @@ class Improvement:
 def summarise(result: xr.Dataset, scenario: Scenario) -> dict[str, SchemeSummary]:
     """Return the figures of every scheme of a result, read in chunks of trials."""
     names = [str(name) for name in result["scheme"].values]
-    return summarise_digest(digest_result(result, scenario), names, scenario)
+    return summarise_statistics(result_statistics(result, scenario), names, scenario)
 
 
-def digest_result(result: xr.Dataset, scenario: Scenario) -> Digest:
-    """Return the digest of a result, read in chunks of trials."""
-    return join([digest(arrays, scenario) for arrays in _chunks(result)])
+def result_statistics(result: xr.Dataset, scenario: Scenario) -> Statistics:
+    """Return the statistics of a result, read in chunks of trials."""
+    names = [str(name) for name in result["scheme"].values]
+    return join([statistics_of(arrays, scenario, names) for arrays in _chunks(result)])
 
 
-def summarise_digest(
-    whole: Digest, names: Sequence[str], scenario: Scenario
+def summarise_statistics(
+    whole: Statistics, names: Sequence[str], scenario: Scenario
 ) -> dict[str, SchemeSummary]:
-    """Return the figures of every scheme from a run's digest."""
+    """Return the figures of every scheme from a run's statistics."""
     genie = whole["sum_rate"][names.index(GENIE)] if GENIE in names else None
     return {
-        name: _summarise_scheme(scheme_digest(whole, index), scenario, genie)
+        name: _summarise_scheme(of_scheme(whole, index), scenario, genie)
         for index, name in enumerate(names)
     }
 
 
-def scheme_digest(whole: Digest, index: int) -> Digest:
-    """Return one scheme's part of a digest, without the leading axis."""
-    return {key: value[index] for key, value in whole.items()}
-
-
-def over_bound(part: Digest, component: str, scenario: Scenario) -> Array:
+def over_bound(part: Statistics, component: str, scenario: Scenario) -> Array:
     """Return one scheme's RMSE over the posterior Cramer-Rao bound, ``(n,)``.
 
     Both are root mean squares over the trials and those objects that have a bound; NaN where
@@ -139,7 +145,7 @@ def over_bound(part: Digest, component: str, scenario: Scenario) -> Array:
     Parameters
     ----------
     part
-        The scheme's digest, see `scheme_digest`.
+        The scheme's statistics, see `of_scheme`.
     component
         "angle", "distance" or "velocity".
     scenario
@@ -147,11 +153,13 @@ def over_bound(part: Digest, component: str, scenario: Scenario) -> Array:
     """
     if not set(TERMS) <= set(part):
         return np.full(len(part["known"]), np.nan)
-    bound = bound_of({name: part[name] for name in TERMS}, scenario)[..., STATE.index(component)]
+    bound = bound_of({name: part[name] for name in TERMS}, scenario)[
+        ..., POLAR.names.index(component)
+    ]
     bounded = np.isfinite(bound)
     least = np.where(bounded, bound, 0.0) ** 2 * part["errors"]
     squares = np.where(bounded, part[f"squares_{component}"], 0.0)
-    return np.sqrt(_quotient(squares.sum(axis=-1), least.sum(axis=-1)))
+    return np.sqrt(quotient(squares.sum(axis=-1), least.sum(axis=-1)))
 
 
 def improvement(
@@ -194,10 +202,9 @@ def _half_width(deviation: npt.ArrayLike, n: int) -> Array:
     return half
 
 
-def _summarise_scheme(part: Digest, scenario: Scenario, genie: Array | None) -> SchemeSummary:
+def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None) -> SchemeSummary:
     sum_rate = part["sum_rate"]
     best = np.zeros(sum_rate.shape) if genie is None else genie
-    errors = part["errors"].sum(axis=-1)
     frames = sum_rate.reshape(len(sum_rate), -1, scenario.frame.slots_per_frame).mean(axis=-1)
     rate_mean, rate_interval = mean_interval(sum_rate)
     frame_mean, frame_interval = mean_interval(sum_rate.mean(axis=-1))
@@ -207,32 +214,24 @@ def _summarise_scheme(part: Digest, scenario: Scenario, genie: Array | None) -> 
         frame_rate_mean=float(frame_mean),
         frame_rate_interval=(float(frame_interval[0]), float(frame_interval[1])),
         frame_rate_q05=float(np.quantile(frames, 0.05)),
-        angle_rmse=np.sqrt(_quotient(part["squares_angle"].sum(axis=-1), errors)),
-        distance_rmse=np.sqrt(_quotient(part["squares_distance"].sum(axis=-1), errors)),
+        angle_rmse=rmse(part, "angle"),
+        distance_rmse=rmse(part, "distance"),
         angle_over_bound=over_bound(part, "angle", scenario),
         distance_over_bound=over_bound(part, "distance", scenario),
-        nees=_quotient(part["nees"], part["nees_count"]),
-        nis=_quotient(part["nis"], part["nis_degrees"]),
-        coverage=float(_quotient(part["inside"].sum(), part["covered"].sum())),
-        outage=float(_quotient(part["below"].sum(), part["served"].sum())),
-        lost=1.0 - float(_quotient(part["known"][-1], part["there"][-1])),
+        nees=quotient(part["nees"], part["nees_count"]),
+        nis=quotient(part["nis"], part["nis_degrees"]),
+        coverage=float(quotient(part["inside"].sum(), part["covered"].sum())),
+        outage=float(quotient(part["below"].sum(), part["served"].sum())),
+        lost=1.0 - float(quotient(part["known"][-1], part["there"][-1])),
         fallbacks=int(part["fallback"].sum()),
-        rate_over_genie=_quotient(rate_mean, best.mean(axis=0)),
-        frame_rate_over_genie=float(_quotient(frame_mean, best.mean())),
+        rate_over_genie=quotient(rate_mean, best.mean(axis=0)),
+        frame_rate_over_genie=float(quotient(frame_mean, best.mean())),
     )
 
 
-def _quotient(total: npt.ArrayLike, count: npt.ArrayLike) -> Array:
-    """Return total over count, NaN where there is nothing to count."""
-    total, count = np.asarray(total, dtype=float), np.asarray(count, dtype=float)
-    quotient: Array = np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
-    return quotient
-
-
 def _chunks(result: xr.Dataset) -> Iterator[dict[str, npt.NDArray[np.generic]]]:
-    """Yield what a digest needs, some trials at a time, with axes in the file's order."""
+    """Yield what the statistics need, some trials at a time, with axes in the file's order."""
     dims = {name: variable.dims for name, variable in VARIABLES.items()}
-    dims["phase"] = ("scheme", "slot")
     for first in range(0, result.sizes["trial"], CHUNK):
         part = result.isel(trial=slice(first, first + CHUNK))
         yield {name: part[name].transpose(*dims[name]).values for name in NEEDED}
@@ -241,5 +240,4 @@ def _chunks(result: xr.Dataset) -> Iterator[dict[str, npt.NDArray[np.generic]]]:
 def _slot_rate(result: xr.Dataset, scheme: int, slot: int) -> Array:
     part = result[["rate", "present"]].isel(slot=slot)
     rate = part["rate"].isel(scheme=scheme).values
-    total: Array = np.where(part["present"].values, rate, 0.0).sum(axis=-1)
-    return total
+    return sum_rate(rate, part["present"].values.astype(bool))

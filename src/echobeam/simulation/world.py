@@ -1,147 +1,146 @@
-"""What nature does: transmit, echo, measure. It knows the truth and decides nothing."""
+"""Nature in one slot of a block of trials: it knows the truth and decides nothing."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from echobeam.physics import transmission as transmissions
-from echobeam.physics.bounds import effective_variance, measurement_variance
-from echobeam.physics.echo import echo_snr
-from echobeam.physics.link import rate, sinr
+from echobeam.physics.geometry import polar_state
+from echobeam.physics.link import channel_loss, rate, sinr
 from echobeam.physics.measurement import measure
-from echobeam.scenario.model import Scenario
-from echobeam.simulation.motion import Motion
-from echobeam.values import (
-    Array,
-    BoolArray,
-    ComplexArray,
-    Measurement,
-    Phase,
-    Transmission,
-    UavMotion,
-    freeze,
-)
+from echobeam.schemes.base import Decision
+from echobeam.simulation.movers import Ground
+from echobeam.simulation.randomness import Use, object_normals
+from echobeam.simulation.scene import Scene
+from echobeam.values import NOBODY, Array, BoolArray, IntArray, UavState, freeze
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """What the objects receive: ``(T, K)`` each."""
+    """Downlink of one slot: ``(T, K)`` each."""
 
     sinr: Array
     rate: Array
 
 
 @dataclass(frozen=True, slots=True)
-class World:
-    """Nature for a block of trials.
+class Echoes:
+    """Measurements of one slot as nature drew them.
 
     Attributes
     ----------
-    scenario
-        Which array, radio and radar.
-    motion
-        The truth.
-    luck
-        ``(T, n, K, M)`` standard normals of the measurement noise.
+    snr
+        ``(T, K)``: of each object's echo.
+    value
+        ``(T, K, M)`` rad, s, Hz; NaN where nothing was measured.
+    variance
+        ``(T, K, M)``: with which nature drew them; infinite where nothing was measured.
     """
 
-    scenario: Scenario
-    motion: Motion
-    luck: Array
+    snr: Array
+    value: Array
+    variance: Array
 
-    def truth(self, slot: int) -> Array:
-        """Return the true states ``(T, K, S)`` in a slot, counted from 0."""
-        shape = (self.luck.shape[0], *self.motion.truth.shape[2:])
-        return np.broadcast_to(self.motion.truth[:, slot], shape)
 
-    def present(self, slot: int) -> BoolArray:
-        """Return ``(T, K)``: who is in the scene."""
-        row = self.motion.present[slot]
-        return np.broadcast_to(row, (self.luck.shape[0], row.shape[0]))
+@dataclass(frozen=True, slots=True)
+class World:
+    """Nature in one slot, for a block of trials.
 
-    def transmission(self, phase: Phase, beams: ComplexArray, slot: int) -> Transmission:
-        """Return what is sent: streams on uncorrelated antennas, or beams, Eqs. (2), (6).
+    Attributes
+    ----------
+    scene
+        Everything that the trials have in common.
+    seed, trials
+        Key of the draws.
+    slot
+        Counted from 0.
+    uav
+        The UAV.
+    ground
+        The objects in ground coordinates.
+    state
+        ``(T or 1, K, S)``: the objects as seen from the UAV; NaN where nobody is.
+    """
 
-        A pilot is the omnidirectional transmission without data.
-        """
-        if phase == "directional":
-            return transmissions.directional(beams)
-        omni = transmissions.omni(
-            self.present(slot), self.scenario.radio.power, self.scenario.array.n_tx
-        )
-        if phase == "omni":
-            return omni
-        return Transmission(
-            beams=omni.beams,
-            antenna_power=np.zeros_like(omni.antenna_power),
-            probing=omni.probing + omni.antenna_power.sum(axis=-2),
-        )
+    scene: Scene
+    seed: int
+    trials: range
+    slot: int
+    uav: UavState
+    ground: Ground
+    state: Array
 
-    def transmit(self, sent: Transmission, truth: Array) -> Link:
+    @property
+    def identity(self) -> IntArray:
+        """``(K,)``: who is in each column."""
+        return self.ground.identity
+
+    @property
+    def present(self) -> BoolArray:
+        """``(K,)``: whether somebody is."""
+        present: BoolArray = self.ground.identity != NOBODY
+        return present
+
+    def link(self, decision: Decision) -> Link:
         """Return SINR and rate at the true channel, Eqs. (7), (8), (10)."""
-        radio, array = self.scenario.radio, self.scenario.array
-        ratio = sinr(
-            sent,
-            truth[..., 0],
-            truth[..., 1],
-            noise=radio.noise,
-            alpha0=radio.alpha0,
-            spacing=array.spacing,
-            axis=array.axis,
-        )
+        radio = self.scene.scenario.radio
+        loss = channel_loss(self.state[..., 1], radio.noise, radio.alpha0)
+        own = self._addressed(decision)
+        ratio = sinr(decision.sent, own, self.state[..., 0], loss, self.scene.law.transmitter)
         return Link(ratio, rate(ratio))
 
-    def echo(self, sent: Transmission, truth: Array) -> Array:
-        """Return the echo SNR ``(T, K)`` at the true state, Eqs. (14), (16)."""
-        radar, array = self.scenario.radar, self.scenario.array
-        return echo_snr(
-            sent,
-            truth[..., 0],
-            truth[..., 1],
-            rcs=complex(*radar.rcs),
-            gain=radar.gain,
-            noise=radar.noise,
-            spacing=array.spacing,
-            axis=array.axis,
-        )
+    def sense(self, decision: Decision) -> Echoes:
+        """Return what the radar measures of the objects whose echoes are processed.
 
-    def measure(
-        self,
-        sent: Transmission,
-        snr: Array,
-        truth: Array,
-        listened: BoolArray,
-        uav: UavMotion,
-        slot: int,
-    ) -> Measurement:
-        """Return the measurements of the echoes listened to, Eqs. (17)-(24)."""
-        radar, array = self.scenario.radar, self.scenario.array
-        bound = measurement_variance(
-            sent,
-            truth[..., 0],
-            snr,
-            crb=radar.crb,
-            n_rx=array.n_rx,
-            bandwidth=radar.bandwidth,
-            pulse_length=radar.pulse_length,
-            spacing=array.spacing,
-            axis=array.axis,
+        Gaussian with the variance of the bound at the true state, Eqs. (17)-(24).
+        """
+        sent, law = decision.sent, self.scene.law
+        snr = law.snr(sent, self.state)
+        asked = self._addressed(decision) & decision.sensed[:, None, :]
+        processed = np.asarray(asked.any(axis=-1))
+        variance = law.variance(sent, self.state, snr)
+        variance = np.where(processed[..., None], variance, np.inf)
+        measured: BoolArray = np.isfinite(variance)
+        if not measured.any():
+            return Echoes(snr, np.full(variance.shape, np.nan), variance)
+        luck = object_normals(
+            self.seed, self.trials, self.slot, Use.MEASUREMENT, self.identity, variance.shape[-1]
         )
-        heard = (listened & self.present(slot))[..., None]
-        variance = np.where(heard, effective_variance(bound, snr), np.inf)
-        variance = np.where(np.isnan(variance), np.inf, variance)
-        measured = np.isfinite(variance)
-        noise = np.sqrt(np.where(measured, variance, 0.0)) * self.luck[:, slot]
+        noise = np.sqrt(np.where(measured, variance, 0.0)) * luck
         ideal = measure(
-            truth[..., 0],
-            truth[..., 1],
-            truth[..., 2],
-            uav.speed,
-            uav.heading,
-            self.scenario.radio.carrier,
+            self.state[..., 0],
+            self.state[..., 1],
+            self.state[..., 2],
+            self.uav.speed,
+            self.uav.heading,
+            self.scene.scenario.radio.carrier,
         )
-        value = np.where(measured, ideal + noise, np.nan)
-        freeze(value, variance)
-        return Measurement(value, variance)
+        return Echoes(snr, np.where(measured, ideal + noise, np.nan), variance)
+
+    def advance(self) -> World:
+        """Return nature one slot later."""
+        ground = self.scene.mover.advance(self.ground, self.slot, self.uav, self.seed, self.trials)
+        return _seen(replace(self, slot=self.slot + 1, ground=ground))
+
+    def _addressed(self, decision: Decision) -> BoolArray:
+        """Return ``(T, K, C)``: whether a stream is for an object."""
+        addressed: BoolArray = (
+            decision.addressee[:, None, :] == self.identity[:, None]
+        ) & self.present[:, None]
+        return addressed
+
+
+def begin(scene: Scene, seed: int, trials: range) -> World:
+    """Return nature in the first slot of some trials."""
+    ground = scene.mover.begin()
+    nothing = np.empty(0)
+    return _seen(World(scene, seed, trials, 0, scene.flight.at(0), ground, nothing))
+
+
+def _seen(world: World) -> World:
+    """Return nature with the UAV in its slot and the objects as seen from there."""
+    uav = world.scene.flight.at(world.slot)
+    state = polar_state(world.ground.position, world.ground.velocity, uav)
+    freeze(state, world.ground.position, world.ground.velocity, world.ground.identity)
+    return replace(world, uav=uav, state=state)

@@ -17,7 +17,7 @@ from echobeam.store.engine import Engine, differences, engine_here
 
 if TYPE_CHECKING:
     from echobeam.simulation.blocks import Block
-    from echobeam.store.workers import Piece, Work
+    from echobeam.store.work import Piece, Work
 
 PATIENCE = "15s"
 PER_THREAD = 2

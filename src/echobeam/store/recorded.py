@@ -8,16 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.load import trace_path
 from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import configure_all, split
 from echobeam.simulation.blocks import Block, cut, run_block
 from echobeam.simulation.decisions import SECONDS, Decisions, decision_times
-from echobeam.simulation.motion import plan_motion
-from echobeam.simulation.run import check_count, resolve_schemes
+from echobeam.simulation.environment import environment
+from echobeam.simulation.run import check_count
+from echobeam.simulation.scene import Scene, scene_of
 from echobeam.store.block_files import BlockFiles, Job, digest
 from echobeam.store.result import open_result, write_result
-from echobeam.store.workers import HERE, Advance, Progress, Workers, do_all
+from echobeam.store.work import Advance, Progress
+from echobeam.store.workers import HERE, Workers, do_all
 from echobeam.store.writing import check_writable, clear_leftovers
 from echobeam.values import Array
 from echobeam.version import __version__
@@ -71,22 +73,22 @@ class Done:
 class BlockPiece:
     """Some trials of a run: their block."""
 
-    scenario: Scenario
+    scene: Scene
     schemes: tuple[str, ...]
     seed: int
     trials: range
 
     def __call__(self, advance: Advance) -> Block:
         """Run the block."""
-        schemes = resolve_schemes(self.scenario, self.schemes)
-        return run_block(self.scenario, schemes, self.seed, self.trials, advance)
+        schemes = configure_all(self.scene.scenario, self.schemes)
+        return run_block(self.scene, schemes, self.seed, self.trials, advance)
 
 
 @dataclass(frozen=True, slots=True)
 class BlockWork:
     """The blocks of one run as tasks whose outcomes are files."""
 
-    scenario: Scenario
+    scene: Scene
     schemes: tuple[str, ...]
     seed: int
     blocks: tuple[range, ...]
@@ -94,7 +96,7 @@ class BlockWork:
 
     def sizes(self) -> list[int]:
         """Return trial-slots per block, over all schemes."""
-        per_trial = self.scenario.n_slots * len(self.schemes)
+        per_trial = self.scene.scenario.n_slots * len(self.schemes)
         return [len(block) * per_trial for block in self.blocks]
 
     def missing(self) -> list[int]:
@@ -103,7 +105,7 @@ class BlockWork:
 
     def piece(self, task: int) -> BlockPiece:
         """Return one block's work alone."""
-        return BlockPiece(self.scenario, self.schemes, self.seed, self.blocks[task])
+        return BlockPiece(self.scene, self.schemes, self.seed, self.blocks[task])
 
     def write(self, task: int, block: Block) -> None:
         """Write a finished block."""
@@ -132,22 +134,22 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     """
     scenario, out = recording.scenario, recording.out
     check_count(recording.trials, recording.seed)
-    names = [scheme.name for scheme in resolve_schemes(scenario, recording.schemes)]
+    names = [scheme.name for scheme in configure_all(scenario, recording.schemes)]
     files = BlockFiles.beside(out)
     if recording.resume and not recording.force and _finished(recording, names):
         files.remove()
         return Done(anything=False)
     check_writable(out, force=recording.force)
-    plan_motion(scenario, recording.seed, range(1))  # a trace that cannot be used says so now
+    scene = scene_of(scenario)  # a trace that cannot be used says so now
     blocks = tuple(cut(scenario, recording.trials))
-    work = BlockWork(scenario, recording.schemes, recording.seed, blocks, files)
+    work = BlockWork(scene, recording.schemes, recording.seed, blocks, files)
     job = _job(recording)
     with files.held(job, len(blocks), resume=recording.resume, force=recording.force):
         clear_leftovers(out)
         do_all(work, recording.workers, progress)
         timed: list[Array] = []
         finished = _noting(timed, files, len(blocks))
-        write_result(out, scenario, names, recording.seed, recording.trials, finished)
+        write_result(out, scene, names, recording.seed, recording.trials, finished)
         files.remove()
     return Done(anything=True, decisions=(decision_times(timed, names),))
 
@@ -169,9 +171,10 @@ def _finished(recording: Recording, names: Sequence[str]) -> bool:
         return False  # a result does not tell which trace or scheme file it was made from
     with open_result(recording.out) as result:
         return (
-            result.attrs["scenario"] == dump_scenario(recording.scenario)
+            result.attrs["scenario"] == recording.scenario.to_toml()
             and int(result.attrs["seed"]) == recording.seed
             and result.attrs["echobeam_version"] == __version__
+            and result.attrs.get("environment") == environment()
             and result["scheme"].values.tolist() == list(names)
             and result.sizes["trial"] == recording.trials
         )
@@ -180,7 +183,7 @@ def _finished(recording: Recording, names: Sequence[str]) -> bool:
 def _job(recording: Recording) -> Job:
     return Job(
         kind="run",
-        scenarios=(dump_scenario(recording.scenario),),
+        scenarios=(recording.scenario.to_toml(),),
         schemes=recording.schemes,
         inputs=input_digests(recording.scenario, recording.schemes),
         seed=recording.seed,
@@ -190,7 +193,8 @@ def _job(recording: Recording) -> Job:
 
 def input_digests(scenario: Scenario, schemes: Sequence[str]) -> tuple[str, ...]:
     """Return digests of the files that a run reads: its trace and users' schemes."""
-    inputs = [Path(name.rpartition(":")[0]) for name in schemes if ".py:" in name]
+    files = [split(name)[0].rpartition(":")[0] for name in schemes if ".py:" in name]
+    inputs = [Path(file) for file in files]
     trace = trace_path(scenario)
     if trace is not None:
         inputs.append(trace)

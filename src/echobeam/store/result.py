@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.scenario.model import Scenario
-from echobeam.simulation.blocks import SHARED, Block
-from echobeam.simulation.dataset import VARIABLES, attributes, coordinates
+from echobeam.simulation.blocks import Block, trial_axis
+from echobeam.simulation.dataset import VARIABLES, attributes, coordinates, phases
+from echobeam.simulation.scene import Scene
 from echobeam.store.sink import netcdf_file
 from echobeam.store.writing import StoreError
 
@@ -25,7 +25,7 @@ every point's whole result is, if they were kept."""
 
 def write_result(
     path: Path,
-    scenario: Scenario,
+    scene: Scene,
     names: Sequence[str],
     seed: int,
     trials: int,
@@ -38,6 +38,7 @@ def write_result(
     OSError
         If the disk is full or the path cannot be written; the file is then not there.
     """
+    scenario = scene.scenario
     with netcdf_file(path) as (file, check):
         file.dimensions = {
             "scheme": len(names),
@@ -48,22 +49,23 @@ def write_result(
             "state_b": 3,
             "measurement": 3,
             "antenna": scenario.array.n_tx,
+            "axis": 3,
             "part": 2,
         }
-        for name, value in attributes(scenario, seed).items():
+        for name, value in attributes(scenario, seed, scene.mover.names).items():
             file.attrs[name] = value
+        extremes: list[tuple[npt.NDArray[np.generic], npt.NDArray[np.generic]]] = []
         for index, block in enumerate(blocks):
             if index == 0:
-                _write_coordinates(file, scenario, names, block)
                 _create_variables(file, block)
             _write_block(file, block)
+            mode = block.arrays["mode"]
+            extremes.append((mode.min(axis=1), mode.max(axis=1)))
             check()
-
-
-def _write_coordinates(file: Any, scenario: Scenario, names: Sequence[str], block: Block) -> None:
-    phase = block.arrays["phase"]
-    for name, (dims, values, attrs) in coordinates(scenario, names, phase).items():
-        _write_variable(file, name, dims, values, attrs)
+        lowest, highest = (np.stack(each) for each in zip(*extremes, strict=True))
+        phase = phases(lowest.min(axis=0), highest.max(axis=0))
+        for name, (dims, values, attrs) in coordinates(scenario, names, phase).items():
+            _write_variable(file, name, dims, values, attrs)
 
 
 def _write_variable(
@@ -90,22 +92,24 @@ def _create_variables(file: Any, block: Block) -> None:
         created = file.create_variable(
             name, variable.dims, np.dtype("i1") if dtype.kind == "b" else dtype
         )
-        created.attrs["units"] = variable.units
-        created.attrs["long_name"] = variable.long_name
-        created.attrs["coordinates"] = "time phase" if "scheme" in variable.dims else "time"
+        for key, value in variable.attributes.items():
+            created.attrs[key] = value
+        with_phase = {"scheme", "slot"} <= set(variable.dims)
+        created.attrs["coordinates"] = "time phase" if with_phase else "time"
         if dtype.kind == "b":
             created.attrs["dtype"] = "bool"
 
 
 def _write_block(file: Any, block: Block) -> None:
     for name in VARIABLES:
-        values = block.arrays[name]
-        axis = 0 if name in SHARED else 1
-        rows = slice(block.first, block.first + values.shape[axis])
-        if values.size:
-            file.variables[name][(slice(None),) * axis + (rows,)] = (
-                values.astype("i1") if values.dtype.kind == "b" else values
-            )
+        values, axis = block.arrays[name], trial_axis(name)
+        if not values.size:
+            continue
+        place: tuple[slice, ...] = (slice(None),)
+        if axis is not None:
+            rows = slice(block.first, block.first + values.shape[axis])
+            place = (slice(None),) * axis + (rows,)
+        file.variables[name][place] = values.astype("i1") if values.dtype.kind == "b" else values
 
 
 def write_dataset(path: Path, dataset: xr.Dataset) -> None:

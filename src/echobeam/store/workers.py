@@ -7,47 +7,24 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from typing import Any, Protocol
+from typing import Any
 
 from echobeam.faults import RunError
-from echobeam.simulation.blocks import Block
+from echobeam.store.work import Advance, Progress, Work
 
 CRASHES_ALLOWED = 3
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
-Progress = Callable[[int, int], None]
-Advance = Callable[[int], None]
-
-
-Piece = Callable[[Advance], Block]
-"""One task's work alone, picklable; it is given a call for what was done since the last call."""
-
-
-class Work(Protocol):
-    """Tasks by number, picklable; a task's outcome is a block that is kept on disk."""
-
-    def sizes(self) -> Sequence[int]:
-        """Return how much there is to do in each task, in any unit."""
-
-    def missing(self) -> list[int]:
-        """Return the tasks whose outcome is not there yet."""
-
-    def piece(self, task: int) -> Piece:
-        """Return what is to be done for one task: small, since it may go over a network."""
-
-    def write(self, task: int, block: Block) -> None:
-        """Keep a task's outcome, whole or not at all."""
-
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """Who works.
+    """Workers of a run.
 
     Attributes
     ----------

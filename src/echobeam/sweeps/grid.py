@@ -16,7 +16,7 @@ from echobeam.faults import InputError
 from echobeam.scenario.load import load_scenario, with_trace
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.dataset import attributes
-from echobeam.simulation.summary import SchemeSummary, summarise_digest
+from echobeam.simulation.summary import SchemeSummary, summarise_statistics
 from echobeam.sweeps.coordinates import coordinate, first_repeated
 from echobeam.sweeps.points import Point, Study
 
@@ -164,7 +164,7 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
 
     names = scheme_names(study)
     figures = [
-        summarise_digest(study.digest_of(index), names, point.scenario)
+        summarise_statistics(study.statistics_of(index), names, point.scenario)
         for index, point in enumerate(study.points)
     ]
     shape = tuple(len(axis.values) for axis in grid.axes)
@@ -201,7 +201,7 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
     }
     coords |= {"scheme": names, "slot": np.arange(1, n_slots + 1), "end": ["low", "high"]}
     trials = [point.trials for point in study.points]
-    attrs: dict[str, object] = dict(attributes(study.points[0].scenario, study.seed))
+    attrs: dict[str, object] = dict(attributes(study.points[0].scenario, study.seed, ()))
     attrs["trials"] = trials[0] if len(set(trials)) == 1 else trials  # they may vary, too
     return xr.Dataset(data, coords, attrs)
 
@@ -219,13 +219,13 @@ def tidy_csv(dataset: xr.Dataset, path: Path) -> None:
 
 def scheme_names(study: Study) -> list[str]:
     """Return the schemes' names, which every point of a grid shares."""
-    from echobeam.simulation.run import resolve_schemes
+    from echobeam.schemes.configure import configure_all
 
     asked = {point.schemes for point in study.points}
     if len(asked) > 1:
         raise SweepError("the schemes vary over the grid; give them with --scheme")
     first = study.points[0]
-    return [scheme.name for scheme in resolve_schemes(first.scenario, first.schemes)]
+    return [scheme.name for scheme in configure_all(first.scenario, first.schemes)]
 
 
 def _padded(figure: SchemeSummary, name: str, n_slots: int) -> object:

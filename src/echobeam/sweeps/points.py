@@ -1,4 +1,4 @@
-"""Many scenarios run as one piece of work: points, cut into blocks, digested and kept on disk."""
+"""Studies: many scenarios as one piece of work, cut into blocks, their statistics on disk."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
-from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.blocks import SHARED, Block, cut, run_block
+from echobeam.schemes.configure import configure_all
+from echobeam.simulation.blocks import Block, cut, run_block, trial_axis
 from echobeam.simulation.decisions import SECONDS, Decisions, decision_times
-from echobeam.simulation.digest import Digest, digest, join
-from echobeam.simulation.motion import plan_motion
-from echobeam.simulation.run import check_count, resolve_schemes
+from echobeam.simulation.run import check_count
+from echobeam.simulation.scene import Scene, scene_of
+from echobeam.simulation.statistics import Statistics, join, statistics_of
 from echobeam.store.block_files import BlockFiles, Job
 from echobeam.store.recorded import input_digests
-from echobeam.store.workers import HERE, Advance, Progress, Workers, do_all
+from echobeam.store.work import Advance, Progress
+from echobeam.store.workers import HERE, Workers, do_all
 from echobeam.values import Array
 
 KEPT = "kept:"
-"""Prefix of the full arrays that a block's file holds beside its digest."""
+"""Prefix of the full arrays that a block's file holds beside its statistics."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class Point:
     scenario, schemes, trials
         As for `echobeam.simulate`; schemes by name or file.
     keep
-        Variables of the result kept in full, trial by trial; the digest always is.
+        Variables of the result kept in full, trial by trial; the statistics always are.
     """
 
     name: str
@@ -48,18 +49,20 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class PointPiece:
-    """Some trials of one point: its block, digested, with what is to be kept in full."""
+    """Some trials of one point: the statistics of its block, with the variables kept in full."""
 
     point: Point
+    scene: Scene
     seed: int
     trials: range
 
     def __call__(self, advance: Advance) -> Block:
         """Run the block."""
         point = self.point
-        schemes = resolve_schemes(point.scenario, point.schemes)
-        block = run_block(point.scenario, schemes, self.seed, self.trials, advance)
-        figures = digest(block.arrays, point.scenario)
+        schemes = configure_all(point.scenario, point.schemes)
+        block = run_block(self.scene, schemes, self.seed, self.trials, advance)
+        names = [scheme.name for scheme in schemes]
+        figures = statistics_of(block.arrays, point.scenario, names)
         kept = {KEPT + name: block.arrays[name] for name in point.keep}
         return Block(block.first, {**figures, **kept, SECONDS: block.arrays[SECONDS]})
 
@@ -74,28 +77,33 @@ class Study:
     ----------
     tasks
         Every block of every point: the point's number and its trials.
+    scenes
+        One for each point.
     """
 
     points: tuple[Point, ...]
     seed: int
     files: BlockFiles
     tasks: tuple[tuple[int, range], ...] = field(init=False, repr=False, compare=False)
+    scenes: tuple[Scene, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Cut the points into blocks."""
+        """Cut the points into blocks; read their traces."""
         tasks = tuple(
             (index, block)
             for index, point in enumerate(self.points)
             for block in cut(point.scenario, point.trials)
         )
         object.__setattr__(self, "tasks", tasks)
+        scenes = tuple(scene_of(point.scenario) for point in self.points)
+        object.__setattr__(self, "scenes", scenes)
 
     def job(self) -> Job:
         """Return what tells this study from any other."""
         points = self.points
         return Job(
             kind="study",
-            scenarios=tuple(dump_scenario(point.scenario) for point in points),
+            scenarios=tuple(point.scenario.to_toml() for point in points),
             schemes=tuple(
                 f"{p.name}: {p.trials} x {', '.join((*p.schemes, *p.keep))}" for p in points
             ),
@@ -118,19 +126,15 @@ class Study:
     def piece(self, task: int) -> PointPiece:
         """Return one task's work alone."""
         index, trials = self.tasks[task]
-        return PointPiece(self.points[index], self.seed, trials)
+        return PointPiece(self.points[index], self.scenes[index], self.seed, trials)
 
     def write(self, task: int, block: Block) -> None:
         """Write a finished task's arrays."""
         self.files.write(task, block)
 
-    def digests(self) -> list[Digest]:
-        """Return the digest of every point, its blocks joined in order."""
-        return [self.digest_of(index) for index in range(len(self.points))]
-
-    def digest_of(self, index: int) -> Digest:
-        """Return the digest of one point, its blocks joined in order."""
-        parts = [block.arrays for block in self._blocks(index, _digested)]
+    def statistics_of(self, index: int) -> Statistics:
+        """Return the statistics of one point, its blocks joined in order."""
+        parts = [block.arrays for block in self._blocks(index, _is_statistic)]
         return join(parts)  # type: ignore[arg-type]
 
     def decisions(self, index: int, names: Sequence[str]) -> Decisions:
@@ -143,8 +147,8 @@ class Study:
         parts = [block.arrays for block in self.kept_blocks(index)]
         return {
             name: parts[0][name]  # type: ignore[misc]
-            if name == "phase"
-            else np.concatenate([part[name] for part in parts], axis=0 if name in SHARED else 1)
+            if (axis := trial_axis(name)) is None
+            else np.concatenate([part[name] for part in parts], axis=axis)
             for name in self.points[index].keep
         }
 
@@ -161,7 +165,7 @@ class Study:
                 yield self.files.read(task, wanted)
 
 
-def _digested(name: str) -> bool:
+def _is_statistic(name: str) -> bool:
     return KEPT not in name and name != SECONDS
 
 
@@ -197,8 +201,7 @@ def holding(study: Study, *, resume: bool, force: bool) -> Iterator[None]:
     """
     for point in study.points:
         check_count(point.trials, study.seed)
-        resolve_schemes(point.scenario, point.schemes)
-        plan_motion(point.scenario, study.seed, range(1))
+        configure_all(point.scenario, point.schemes)
     count = len(study.tasks)
     with study.files.held(study.job(), count, resume=resume, force=force):
         yield

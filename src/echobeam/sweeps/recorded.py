@@ -14,7 +14,8 @@ from echobeam.simulation.dataset import VARIABLES
 from echobeam.store.block_files import BlockFiles
 from echobeam.store.recorded import Done
 from echobeam.store.result import VARY, WHOLE_RESULT, write_dataset, write_result
-from echobeam.store.workers import HERE, Progress, Workers, do_all
+from echobeam.store.work import Progress
+from echobeam.store.workers import HERE, Workers, do_all
 from echobeam.store.writing import StoreError, check_writable, clear_leftovers, replacing
 from echobeam.sweeps.grid import Grid, grid_dataset, scheme_names, tidy_csv
 from echobeam.sweeps.points import Study, holding
@@ -22,7 +23,7 @@ from echobeam.sweeps.points import Study, holding
 if TYPE_CHECKING:
     import xarray as xr
 
-WHOLE = (*VARIABLES, "phase")
+WHOLE = tuple(VARIABLES)
 """What is kept of every point where full results are asked for."""
 
 JOB = "job"
@@ -176,7 +177,7 @@ def _write_points(sweep: Sweep, study: Study, names: Sequence[str]) -> None:
         clear_leftovers(path)
         point = study.points[index]
         blocks = study.kept_blocks(index)
-        write_result(path, point.scenario, names, study.seed, point.trials, blocks)
+        write_result(path, study.scenes[index], names, study.seed, point.trials, blocks)
 
 
 def _point_names(sweep: Sweep, study: Study) -> xr.Variable:

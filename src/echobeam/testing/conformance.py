@@ -1,67 +1,138 @@
-"""What every scheme must keep: power, finite numbers, repeatability, causality, any K."""
+"""Conformance of a scheme: power, finite numbers, repeatability, causality, no hidden truth."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.base import Scheme
-from echobeam.schemes.doors import as_scheme
-from echobeam.schemes.registry import find_scheme
-from echobeam.simulation.blocks import world_of
+from echobeam.schemes.configure import ConfiguredScheme, configure
 from echobeam.simulation.loop import SlotRecord, run_slots
-from echobeam.simulation.motion import plan_motion
-from echobeam.simulation.world import World
+from echobeam.simulation.movers import Ground, Kinematic, Mover
+from echobeam.simulation.scene import scene_of
+from echobeam.simulation.world import World, begin
+from echobeam.values import NOBODY, UavState
 
 TRIALS = range(2)
 SEED = 2024
+OTHER_SEED = 2025
+
+SAME_BEAMS = 1e-6
+"""Relative distance below which beams of two runs count as the same: far below what any other
+draw of the measurement noise makes of them, far above rounding."""
 
 
 class ConformanceError(AssertionError):
-    """A scheme breaks a rule; the message says which, where and by how much."""
+    """A rule that a scheme breaks; the message says which, where and by how much."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bent:
+    """A mover whose objects are elsewhere, or others, or gone, after a slot.
+
+    Attributes
+    ----------
+    mover
+        The motion up to that slot.
+    slot
+        The last slot, counted from 1, in which everything is as before.
+    state
+        Whether the objects' positions and velocities change.
+    identity
+        ``"same"``, ``"others"`` (every column passes to a new object) or ``"gone"``.
+    """
+
+    mover: Mover
+    slot: int
+    state: bool = True
+    identity: str = "same"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the objects before and after."""
+        return self.mover.names * 2
+
+    def begin(self) -> Ground:
+        """Return the objects in the first slot."""
+        return self.mover.begin()
+
+    def advance(self, ground: Ground, slot: int, uav: UavState, seed: int, trials: range) -> Ground:
+        """Return the objects one slot later, bent once."""
+        moved = self.mover.advance(ground, slot, uav, seed, trials)
+        if slot + 1 < self.slot:
+            return moved
+        if slot + 1 == self.slot and self.state:
+            moved = replace(moved, position=-1.5 * moved.position, velocity=1.5 * moved.velocity)
+        if self.identity == "others":
+            return replace(moved, identity=moved.identity + len(self.mover.names))
+        if self.identity == "gone":
+            nowhere = np.full_like(moved.position, np.nan)
+            nobody = np.full_like(moved.identity, NOBODY)
+            return Ground(nowhere, nowhere, nobody)
+        return moved
+
+
+_STILL = Kinematic(np.empty(0), np.empty(0), np.empty(0), 1.0, None)
+
+BENDS = {
+    "the truth": Bent(_STILL, 1),
+    "the occupants": Bent(_STILL, 1, state=False, identity="others"),
+    "the roster": Bent(_STILL, 1, state=False, identity="gone"),
+}
+"""Changes of nature, by their names in messages; mover and slot are filled in."""
 
 
 def check_scheme(scheme: str | object) -> None:
     """Examine a scheme on small scenarios with no, one and several objects.
 
     Its beams must be finite and within the power, whatever is known; the same seed must give the
-    same run; and no beam may depend on what happens after it (the truth is bent after a slot, and
-    no beam up to that slot may move).
+    same run. No beam may depend on what happens after it: states, occupants and roster are bent
+    after a slot, and no beam up to that slot may move. No track may be there before the first
+    detection of its object. And no beam may follow the truth without following the measurements,
+    as it would if the scheme read the truth out of the variances that the reading
+    ``radar.variance = "known"`` gives. An omniscient scheme is free of the last two rules.
 
     Parameters
     ----------
     scheme
-        A name, ``path/to/file.py:name``, a function ``(prior, view) -> beams`` or a whole scheme.
+        A name, with parameters or without, ``path/to/file.py:name``, a function
+        ``(prior, view) -> beams`` or a whole scheme.
 
     Raises
     ------
     ConformanceError, SchemeError
         Name the rule that is broken.
     """
-    found = find_scheme(scheme) if isinstance(scheme, str) else as_scheme(scheme)
-    if not found.name or not isinstance(found.name, str):
-        raise ConformanceError("a scheme needs a name: a text that is not empty")
     for n_objects in (0, 1, 3):
         scenario = small_scenario(n_objects)
-        world = _world(scenario)
-        records = _run(scenario, found, world)
-        _check_beams(found, records, scenario)
-        _check_same(found, records, _run(scenario, found, world), "the same seed", len(records))
+        found = configure(scenario, scheme)
+        if not found.name or not isinstance(found.name, str):
+            raise ConformanceError("a scheme needs a name: a text that is not empty")
+        world = begin(scene_of(scenario), SEED, TRIALS)
+        records = list(run_slots(world, found))
+        _check_numbers(found, records)
+        _check_same(found, records, list(run_slots(world, found)), "the same seed", len(records))
         for slot in (1, 2, scenario.frame.slots_per_frame, scenario.n_slots - 1):
-            bent = _run(scenario, found, bend(world, slot))
-            _check_same(found, records, bent, f"the truth bent after slot {slot}", slot)
+            for label, bend in BENDS.items():
+                mover = replace(bend, mover=world.scene.mover, slot=slot)
+                bent = list(run_slots(bent_world(world, mover), found))
+                _check_same(found, records, bent, f"{label} bent after slot {slot}", slot)
+                if not found.scheme.omniscient:
+                    _check_first_detections(found, bent)
+        if n_objects and not found.scheme.omniscient:
+            _check_measured(found, n_objects)
 
 
-def small_scenario(n_objects: int) -> Scenario:
+def small_scenario(n_objects: int, variance: str = "predicted") -> Scenario:
     """Return two short frames with a small array and some objects."""
     angles = np.linspace(0.8, 2.2, n_objects) if n_objects != 1 else np.array([1.1])
     return Scenario.model_validate(
         {
             "name": f"conformance-{n_objects}",
-            "array": {"n_tx": 8, "n_rx": 8},
+            "array": {"n_tx": 8},
             "radio": {"power": 10.0},
+            "radar": {"variance": variance},
             "uav": {"height": 100.0, "speed": 15.0},
             "objects": [{"angle": angle, "velocity": 10.0} for angle in angles],
             "frame": {"slots_per_frame": 4, "frames": 2},
@@ -71,30 +142,14 @@ def small_scenario(n_objects: int) -> Scenario:
     )
 
 
-def bend(world: World, slot: int) -> World:
-    """Return a world in which everything is the same up to a slot (from 1) and different after."""
-    truth = world.motion.truth.copy()
-    truth[:, slot:, :, 0] = np.pi - truth[:, slot:, :, 0]
-    truth[:, slot:, :, 1:] *= 1.5
-    return replace(world, motion=replace(world.motion, truth=truth))
+def bent_world(world: World, mover: Mover) -> World:
+    """Return a world with the same past and the objects of another mover."""
+    return replace(world, scene=replace(world.scene, mover=mover))
 
 
-def _world(scenario: Scenario) -> World:
-    return world_of(scenario, SEED, TRIALS, plan_motion(scenario, SEED, TRIALS))
-
-
-def _run(scenario: Scenario, scheme: Scheme, world: World) -> list[SlotRecord]:
-    return list(run_slots(scenario, scheme, world))
-
-
-def _check_beams(scheme: Scheme, records: list[SlotRecord], scenario: Scenario) -> None:
-    """Check finiteness, power and shapes; the loop itself refuses the worst."""
+def _check_numbers(scheme: ConfiguredScheme, records: list[SlotRecord]) -> None:
+    """Check finiteness and covariances; the loop itself refuses the worst."""
     for record in records:
-        if record.phase not in ("omni", "directional", "pilot"):
-            raise ConformanceError(
-                f"{scheme.name}: phase {record.phase!r} in slot {record.slot}; expected 'omni', "
-                "'directional' or 'pilot'"
-            )
         if not np.isfinite(record.rate).all() or (record.rate < 0).any():
             raise ConformanceError(f"{scheme.name}: a rate in slot {record.slot} is not a number")
         known = np.isfinite(record.estimated).all(axis=-1)
@@ -103,18 +158,67 @@ def _check_beams(scheme: Scheme, records: list[SlotRecord], scenario: Scenario) 
             raise ConformanceError(
                 f"{scheme.name}: a covariance in slot {record.slot} is not positive"
             )
-        if record.estimated.shape != (len(TRIALS), scenario.n_objects, 3):
-            raise ConformanceError(
-                f"{scheme.name}: states of shape {record.estimated.shape} in slot {record.slot}"
-            )
 
 
 def _check_same(
-    scheme: Scheme, ours: list[SlotRecord], theirs: list[SlotRecord], why: str, until: int
+    scheme: ConfiguredScheme,
+    ours: list[SlotRecord],
+    theirs: list[SlotRecord],
+    why: str,
+    until: int,
 ) -> None:
-    """Check that beams up to a slot are the same, bit for bit."""
+    """Check that modes and beams up to a slot are the same, bit for bit."""
     for one, other in zip(ours[:until], theirs[:until], strict=True):
+        if not np.array_equal(one.mode, other.mode):
+            raise ConformanceError(
+                f"{scheme.name}: with {why}, the mode of slot {one.slot} is different"
+            )
         if not np.array_equal(one.beam, other.beam, equal_nan=True):
             raise ConformanceError(
                 f"{scheme.name}: with {why}, the beams of slot {one.slot} are different"
             )
+
+
+def _check_first_detections(scheme: ConfiguredScheme, records: list[SlotRecord]) -> None:
+    """Check that no object has a prior before its first detection."""
+    detected: set[tuple[int, int]] = set()
+    for record in records:
+        known = np.isfinite(record.predicted[..., 0])
+        for trial, column in np.argwhere(known).tolist():
+            who = int(record.identity[trial, column])
+            if (trial, who) not in detected:
+                raise ConformanceError(
+                    f"{scheme.name}: has a prior of object {who} in slot {record.slot}, before the "
+                    "first detection of it; an object that took another's column is a new one"
+                )
+        measured = np.isfinite(record.measured).any(axis=-1)
+        detected |= {
+            (trial, int(record.identity[trial, column]))
+            for trial, column in np.argwhere(measured).tolist()
+        }
+
+
+def _check_measured(scheme: ConfiguredScheme, n_objects: int) -> None:
+    """Check that beams which follow the truth follow the measurements too."""
+    scene = scene_of(small_scenario(n_objects, variance="known"))
+    world = begin(scene, SEED, TRIALS)
+    records = list(run_slots(world, scheme))
+    other_luck = list(run_slots(replace(world, seed=OTHER_SEED), scheme))
+    moved = Bent(scene.mover, 1)
+    other_truth = list(run_slots(bent_world(world, moved), scheme))
+    for one, luck, truth in zip(records[2:], other_luck[2:], other_truth[2:], strict=True):
+        if _close(one, luck) and not _close(one, truth):
+            raise ConformanceError(
+                f"{scheme.name}: the beams of slot {one.slot} follow the truth and not the "
+                "measurements; it reads the truth out of the variances"
+            )
+
+
+def _close(one: SlotRecord, other: SlotRecord) -> bool:
+    """Return whether two slots have the same beams, whatever their phases; not if none are sent."""
+    sent = np.isfinite(one.beam) & np.isfinite(other.beam)
+    if not sent.any():
+        return False
+    beams, others = (np.where(sent, record.beam, 0.0) for record in (one, other))
+    size = float(np.linalg.norm(beams))
+    return size > 0.0 and float(np.linalg.norm(beams - others)) <= SAME_BEAMS * size

@@ -1,112 +1,98 @@
-"""The extended Kalman filter of the paper as two pure functions, Eqs. (39)-(49)."""
+"""The extended Kalman filter as two pure functions of a model, Eqs. (39)-(49)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from echobeam.estimation import gaussian
-from echobeam.tracking.evolution import Evolution, evolution_jacobian, evolve
 from echobeam.tracking.life import living
-from echobeam.tracking.measurement import innovation, measurement_jacobian
-from echobeam.values import Array, GaussianState, Measurement, UavMotion
+from echobeam.tracking.models import MeasurementModel, MotionModel
+from echobeam.values import Array, GaussianState, StateSpace, UavState
 
 
-def predict(
-    state: GaussianState,
-    uav: UavMotion,
-    slot_duration: float,
-    process_std: Array,
-    kind: Evolution = "paper",
-) -> GaussianState:
+@dataclass(frozen=True, slots=True)
+class Update:
+    """Posterior of a slot, and what gating, association and consistency need besides.
+
+    Attributes
+    ----------
+    state
+        The posterior.
+    innovation
+        ``(..., K, M)``: measured minus expected, angles wrapped; NaN where not measured.
+    innovation_cov
+        ``(..., K, M, M)``: H P H^T + R of all components; the diagonal is infinite where a
+        component was not measured.
+    log_likelihood
+        ``(..., K)``: logarithm of the density of the measured components given the prior; 0 where
+        nothing was measured.
+    """
+
+    state: GaussianState
+    innovation: Array
+    innovation_cov: Array
+    log_likelihood: Array
+
+
+def predict(state: GaussianState, motion: MotionModel, uav: UavState) -> GaussianState:
     """Return the prior of the next slot, Eqs. (44)-(46).
 
     Parameters
     ----------
     state
         Posterior of this slot; an unknown object stays unknown.
+    motion
+        The motion model.
     uav
-        The UAV's motion from this slot to the next.
-    slot_duration
-        DT, s.
-    process_std
-        ``(3,)`` rad, m, m/s: standard deviations of the process noise per slot, Eq. (40).
-    kind
-        Evolution model, see `evolution.evolve`.
+        The UAV in this slot, until the next.
 
     Returns
     -------
     GaussianState
-        A track whose predicted state is impossible (angle not in (0, pi), distance not
-        positive, not finite) is given up.
+        A track whose predicted state is not possible in the model's state space is given up.
     """
-    motion = uav.speed, uav.heading, slot_duration, kind
     with np.errstate(all="ignore"):  # a lost track may pass through the UAV; it is given up below
-        mean = evolve(state.mean, *motion)
-        G = evolution_jacobian(state.mean, *motion)
-        cov = gaussian.propagate(state.cov, G, np.diag(np.square(process_std)))
-    return living(mean, cov, state.known)
-
-
-def predict_steps(
-    state: GaussianState,
-    uavs: Sequence[UavMotion],
-    slot_duration: float,
-    process_std: Array,
-    kind: Evolution = "paper",
-) -> list[GaussianState]:
-    """Return the predictions of the next slots without any measurement in between.
-
-    Parameters
-    ----------
-    state
-        Posterior of this slot.
-    uavs
-        The UAV's motion in each step, one per slot to predict.
-    slot_duration, process_std, kind
-        As in `predict`.
-
-    Returns
-    -------
-    list of GaussianState
-        One for each element of ``uavs``; the last is the prior of the slot ``len(uavs)`` ahead.
-    """
-    predictions: list[GaussianState] = []
-    for uav in uavs:
-        state = predict(state, uav, slot_duration, process_std, kind)
-        predictions.append(state)
-    return predictions
+        mean = motion.step(state.mean, uav)
+        cov = gaussian.propagate(state.cov, motion.jacobian(state.mean, uav), motion.noise())
+    return living(mean, cov, state.known, motion.space)
 
 
 def update(
-    prior: GaussianState, measurement: Measurement, uav: UavMotion, carrier: float
-) -> GaussianState:
+    prior: GaussianState,
+    value: Array,
+    variance: Array,
+    model: MeasurementModel,
+    uav: UavState,
+    space: StateSpace,
+) -> Update:
     """Return the posterior of a slot, Eqs. (47)-(49), with H of Eq. (45) at the prior.
 
     Parameters
     ----------
     prior
         Prediction of the slot; an unknown object stays unknown.
-    measurement
-        What the radar gave. A component that was not measured changes nothing; an object of
-        which nothing was measured keeps its prior in every bit.
+    value, variance
+        ``(..., K, M)``: the measurement, NaN, and its variance, infinite where a component was
+        not measured. Such a component changes nothing; an object of which nothing was measured
+        keeps its prior in every bit.
+    model
+        The measurement model.
     uav
-        The UAV's motion in the slot.
-    carrier
-        f_c, Hz.
+        The UAV in the slot.
+    space
+        State space of the prior, which says what is possible.
 
     Returns
     -------
-    GaussianState
+    Update
         A track whose state has become impossible is given up, as in `predict`.
     """
     with np.errstate(all="ignore"):  # unknown objects and infinite values; given up or unused below
-        mean, cov = gaussian.update(
-            prior.mean,
-            prior.cov,
-            innovation(prior.mean, measurement, uav, carrier),
-            measurement_jacobian(prior.mean, uav.speed, uav.heading, carrier),
-            measurement.variance,
+        innovation = model.residual(value, model.expected(prior.mean, uav))
+        result = gaussian.update(
+            prior.mean, prior.cov, innovation, model.jacobian(prior.mean, uav), variance
         )
-    return living(mean, cov, prior.known)
+    state = living(result.mean, result.cov, prior.known, space)
+    return Update(state, innovation, result.innovation_cov, result.log_likelihood)

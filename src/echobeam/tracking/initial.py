@@ -6,19 +6,21 @@ import numpy as np
 
 from echobeam.estimation import gaussian
 from echobeam.physics.measurement import velocity_from_doppler
+from echobeam.physics.polar import POLAR
 from echobeam.tracking.life import living
-from echobeam.tracking.measurement import innovation, measurement_jacobian
+from echobeam.tracking.polar import PolarMeasurement
 from echobeam.units import SPEED_OF_LIGHT
-from echobeam.values import Array, GaussianState, Measurement, UavMotion
+from echobeam.values import Array, GaussianState, UavState
 
 VELOCITY_STD_BOUND = 1e4
 """Largest standard deviation, m/s, at which a velocity inverted from a Doppler is believed."""
 
 
 def initial_state(
-    measurement: Measurement,
-    uav: UavMotion,
-    carrier: float,
+    value: Array,
+    variance: Array,
+    model: PolarMeasurement,
+    uav: UavState,
     velocity_std: float | None = None,
 ) -> GaussianState:
     """Return the belief after a first measurement, the paper's Note 2, with its own covariance.
@@ -36,61 +38,67 @@ def initial_state(
 
     Parameters
     ----------
-    measurement
-        Of every object, known or not. One whose angle or delay was not measured, or is not
-        physical (angle outside (0, pi), delay not positive), is unknown.
+    value, variance
+        ``(..., K, 3)``: measurement of every object, known or not. One whose angle or delay was
+        not measured, or is not physical (angle outside (0, pi), delay not positive), is unknown.
+    model
+        The measurement model.
     uav
-        The UAV's motion in the slot of the measurement.
-    carrier
-        f_c, Hz.
+        The UAV in the slot of the measurement.
     velocity_std
         m/s, positive, or None for no prior.
     """
     distance_per_delay = 0.5 * SPEED_OF_LIGHT
-    mean = np.zeros(measurement.value.shape)
+    mean = np.zeros(value.shape)
     cov = np.zeros((*mean.shape, 3))
-    mean[..., :2] = measurement.value[..., :2] * np.array([1.0, distance_per_delay])
-    cov[..., 0, 0] = measurement.variance[..., 0]
-    cov[..., 1, 1] = measurement.variance[..., 1] * distance_per_delay**2
+    mean[..., :2] = value[..., :2] * np.array([1.0, distance_per_delay])
+    cov[..., 0, 0] = variance[..., 0]
+    cov[..., 1, 1] = variance[..., 1] * distance_per_delay**2
     cov[..., 2, 2] = VELOCITY_STD_BOUND**2 if velocity_std is None else velocity_std**2
     with np.errstate(all="ignore"):  # objects that were not measured, or under the UAV
         if velocity_std is None:
-            _invert_doppler(mean, cov, measurement, uav, carrier)
+            _invert_doppler(mean, cov, value, variance, model, uav)
         else:
-            mean, cov = _use_doppler(mean, cov, measurement, uav, carrier)
-    return living(mean, cov, np.ones(mean.shape[:-1], dtype=bool))
+            mean, cov = _use_doppler(mean, cov, value, variance, model, uav)
+    return living(mean, cov, np.ones(mean.shape[:-1], dtype=bool), POLAR)
 
 
 def _invert_doppler(
-    mean: Array, cov: Array, measurement: Measurement, uav: UavMotion, carrier: float
+    mean: Array,
+    cov: Array,
+    value: Array,
+    variance: Array,
+    model: PolarMeasurement,
+    uav: UavState,
 ) -> None:
     """Write the inverted velocity and its row of H^-1 Q_m H^-T where they can be believed.
 
     The last row of H is (a, 0, b), so that of H^-1 is (-a / b, 0, 1 / b).
     """
-    motion = uav.speed, uav.heading, carrier
-    v = velocity_from_doppler(measurement.value[..., 2], mean[..., 0], *motion)
-    inverted = np.stack([mean[..., 0], mean[..., 1], v], axis=-1)
-    H = measurement_jacobian(inverted, *motion)
+    v = velocity_from_doppler(value[..., 2], mean[..., 0], uav.speed, uav.heading, model.carrier)
+    H = model.jacobian(np.stack([mean[..., 0], mean[..., 1], v], axis=-1), uav)
     per_angle = -H[..., 2, 0] / H[..., 2, 2]
-    angle_var, doppler_var = measurement.variance[..., 0], measurement.variance[..., 2]
-    variance = per_angle**2 * angle_var + doppler_var / H[..., 2, 2] ** 2
-    believed = variance <= VELOCITY_STD_BOUND**2  # not where it is NaN, as is v then
+    angle_var, doppler_var = variance[..., 0], variance[..., 2]
+    velocity_var = per_angle**2 * angle_var + doppler_var / H[..., 2, 2] ** 2
+    believed = velocity_var <= VELOCITY_STD_BOUND**2  # not where it is NaN, as is v then
     mean[..., 2] = np.where(believed, v, mean[..., 2])
-    cov[..., 2, 2] = np.where(believed, variance, cov[..., 2, 2])
+    cov[..., 2, 2] = np.where(believed, velocity_var, cov[..., 2, 2])
     cov[..., 0, 2] = cov[..., 2, 0] = np.where(believed, per_angle * angle_var, 0.0)
 
 
 def _use_doppler(
-    mean: Array, cov: Array, measurement: Measurement, uav: UavMotion, carrier: float
+    mean: Array,
+    cov: Array,
+    value: Array,
+    variance: Array,
+    model: PolarMeasurement,
+    uav: UavState,
 ) -> tuple[Array, Array]:
     """Update angle, distance and the prior of the velocity by the Doppler alone."""
-    H = measurement_jacobian(mean, uav.speed, uav.heading, carrier)
     doppler = slice(2, 3)
-    return gaussian.update(
-        mean,
-        cov,
-        innovation(mean, measurement, uav, carrier)[..., doppler],
-        H[..., doppler, :],
-        measurement.variance[..., doppler],
+    innovation = model.residual(value, model.expected(mean, uav))
+    H = model.jacobian(mean, uav)
+    fused = gaussian.update(
+        mean, cov, innovation[..., doppler], H[..., doppler, :], variance[..., doppler]
     )
+    return fused.mean, fused.cov

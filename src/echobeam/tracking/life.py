@@ -1,37 +1,26 @@
-"""When a track ends: a belief that no object on the ground can have is given up."""
+"""End of a track: a belief that no object can have is given up."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from echobeam.values import Array, BoolArray, GaussianState
+from echobeam.values import Array, BoolArray, GaussianState, StateSpace
 
 
-def physical(mean: Array) -> BoolArray:
-    """Return ``(..., K)``: the state is finite, 0 < theta < pi and d > 0.
-
-    Parameters
-    ----------
-    mean
-        ``(..., K, 3)`` rad, m, m/s.
-    """
-    theta, d, v = mean[..., 0], mean[..., 1], mean[..., 2]
-    possible: BoolArray = (theta > 0.0) & (theta < np.pi) & (d > 0.0) & np.isfinite(d + v)
-    return possible
-
-
-def living(mean: Array, cov: Array, known: BoolArray) -> GaussianState:
+def living(mean: Array, cov: Array, known: BoolArray, space: StateSpace) -> GaussianState:
     """Return the belief; objects without one, or with an impossible one, are unknown (NaN).
 
     Parameters
     ----------
     mean, cov
-        ``(..., K, 3)`` and ``(..., K, 3, 3)``; both are fresh arrays and may be overwritten.
+        ``(..., K, S)`` and ``(..., K, S, S)``; both are fresh arrays and may be overwritten.
     known
         ``(..., K)``: whether there was a belief before.
+    space
+        The state space, which says what is possible.
     """
-    variance = cov[..., 0, 0] + cov[..., 1, 1] + cov[..., 2, 2]
-    lives = np.asarray(known & physical(mean) & np.isfinite(variance))
+    variance = sum(cov[..., component, component] for component in range(space.size))
+    lives = np.asarray(known & space.valid(mean) & np.isfinite(variance))
     if not lives.all():
         mean[~lives] = np.nan
         cov[~lives] = np.nan

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.estimation.gaussian import wrap
 from echobeam.physics.measurement import measure
 from echobeam.units import SPEED_OF_LIGHT
-from echobeam.values import Array, Measurement, UavMotion
+from echobeam.values import Array
 
 
 def predict_measurement(
@@ -54,22 +53,3 @@ def measurement_jacobian(
     H[2, 0] = doppler_per_speed * across
     H[2, 2] = -doppler_per_speed * np.cos(theta)
     return np.moveaxis(H, (0, 1), (-2, -1))
-
-
-def innovation(mean: Array, measurement: Measurement, uav: UavMotion, carrier: float) -> Array:
-    """Return m - h(e), the bracket of Eq. (48), with the angle wrapped to (-pi, pi].
-
-    Parameters
-    ----------
-    mean
-        ``(..., K, 3)``: predicted state.
-    measurement
-        Values ``(..., K, 3)``; NaN where nothing was measured, which gives NaN.
-    uav
-        The UAV's motion in the slot of the measurement.
-    carrier
-        f_c, Hz.
-    """
-    difference = measurement.value - predict_measurement(mean, uav.speed, uav.heading, carrier)
-    difference[..., 0] = wrap(difference[..., 0])
-    return difference

@@ -21,7 +21,6 @@ from echobeam.beamforming.direct.beams import beam_set, cover_phases, node_count
 from echobeam.beamforming.direct.chirp import CHIRPS
 from echobeam.beamforming.direct.climb import Climber, Trials
 from echobeam.beamforming.direct.contest import settle
-from echobeam.beamforming.objective import channel_loss
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
@@ -178,12 +177,12 @@ def _numpy_task(batch: ProblemBatch, which: IntArray, objects: IntArray, nodes: 
 def _phases(batch: ProblemBatch, which: IntArray, objects: IntArray) -> tuple[Array, BoolArray]:
     place = which[:, np.newaxis], objects
     angles, halfwidths = batch.angles[place], batch.coverage_halfwidths[place]
-    return cover_phases(angles, halfwidths, batch.resolution, batch.spacing, batch.axis)
+    return cover_phases(angles, halfwidths, batch.resolution, batch.array)
 
 
 def _loss(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Array:
-    distances = batch.distances[which[:, np.newaxis], objects]
-    return channel_loss(distances, batch.noise, batch.alpha0) / (batch.n_tx * batch.power)
+    loss: Array = batch.loss[which[:, np.newaxis], objects] / (batch.n_tx * batch.power)
+    return loss
 
 
 def _threshold(batch: ProblemBatch, objects: IntArray) -> Array:

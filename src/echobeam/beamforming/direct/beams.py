@@ -14,8 +14,9 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from echobeam.beamforming.coverage import coverage_grid
-from echobeam.beamforming.subspace import antenna_phase, real_steering, to_beams
-from echobeam.values import Array, Axis, BoolArray, ComplexArray, IntArray
+from echobeam.beamforming.subspace import real_steering, to_beams
+from echobeam.physics.array import LinearArray
+from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 WIDE = 2.0
 """Cover, in Nyquist lobes, from which on one node more is taken."""
@@ -109,11 +110,11 @@ def point_counts(nodes: int) -> tuple[int, int]:
 
 
 def cover_phases(
-    angles: Array, halfwidths: Array, resolution: float, spacing: float, axis: Axis
+    angles: Array, halfwidths: Array, resolution: float, array: LinearArray
 ) -> tuple[Array, BoolArray]:
     """Return antenna phases of the coverage grids, ``(..., G)``, and which points are imposed."""
     grid, mask = coverage_grid(angles, halfwidths, resolution)
-    return antenna_phase(grid, spacing, axis), mask
+    return array.phase(grid), mask
 
 
 def beam_set(phases: Array, mask: BoolArray, n_tx: int, ripple: Array, nodes: int) -> BeamSet:

@@ -10,7 +10,7 @@ from echobeam.reproduction.estimates import gain_percent, mean
 from echobeam.reproduction.records import Claim, Estimate, Measured
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.rules import all_above, all_below, near
-from echobeam.reproduction.setups import CALIBRATED, multi, single
+from echobeam.reproduction.setups import CALIBRATED, headline, multi, single
 from echobeam.simulation.summary import REFERENCE_SLOT
 from echobeam.values import Array
 
@@ -113,7 +113,7 @@ CLAIMS = (
         "single-object scenarios",
         136.0,
         f"mean rates over paired trials; {CALIBRATED}",
-        _gain(single().name),
+        _gain(headline("paper-single").name),
         near(136.0),
     ),
     Claim(
@@ -123,7 +123,7 @@ CLAIMS = (
         "the presence of multi-object scenarios",
         156.0,
         f"mean sum rates over paired trials; {CALIBRATED}",
-        _gain(multi().name),
+        _gain(headline("paper-multi").name),
         near(156.0),
     ),
     Claim(

@@ -11,14 +11,17 @@ from echobeam.reproduction import drawing as draw_as
 from echobeam.reproduction.estimates import gain_percent
 from echobeam.reproduction.records import Figure, Picture
 from echobeam.reproduction.results import Results
-from echobeam.reproduction.setups import multi, single
+from echobeam.reproduction.setups import headline, multi, single
 from echobeam.reproduction.tables import Table
 from echobeam.simulation.summary import REFERENCE_SLOT, mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
-PANELS = ((multi(), "two objects", 156), (single(), "one object", 136))
+PANELS = (
+    (headline("paper-multi"), "two objects", 156),
+    (headline("paper-single"), "one object", 136),
+)
 """Setup, what it is called, and the paper's improvement in its slot 6, per cent."""
 
 SCHEMES = {"temporal": "proposed (temporal)", "pilot": "pilot"}
@@ -80,6 +83,6 @@ def draw(results: Results) -> Picture:
 FIGURE = Figure(
     "t1",
     "rate per slot, proposed against pilot scheme, two objects and one",
-    (multi(), single()),
+    (multi(), single(), headline("paper-multi"), headline("paper-single")),
     draw,
 )

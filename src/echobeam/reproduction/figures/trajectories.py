@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.lines import Line2D
 
-from echobeam.physics.motion import uav_path
-from echobeam.physics.position import offset
+from echobeam.physics.geometry import offset
 from echobeam.plots import style
 from echobeam.plots.cones import WAY, Cone, draw_cone, make_cones
 from echobeam.reproduction import drawing as draw_as
@@ -16,6 +15,7 @@ from echobeam.reproduction.records import Figure, Picture
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import trajectory
 from echobeam.reproduction.tables import Table
+from echobeam.schemes.configure import system_for
 from echobeam.values import Array
 
 if TYPE_CHECKING:
@@ -29,11 +29,7 @@ FORECAST_SLOTS = (10, 40, 70)
 
 def flight(outcome: Outcome) -> Array:
     """Return ``(slot, 2)`` m: the UAV's position along the road and its height."""
-    uav, frame = outcome.scenario.uav, outcome.scenario.frame
-    path = uav_path(
-        uav.height, uav.speed, uav.heading, frame.slot, outcome.scenario.n_slots, uav.floor
-    )
-    return np.stack([path.x, path.height], axis=-1)
+    return np.asarray(outcome.kept["uav_position"][:, [0, 2]])
 
 
 def positions(outcome: Outcome, variable: str) -> Array:
@@ -53,7 +49,8 @@ def cones(outcome: Outcome, k: int) -> list[Cone]:
     mean = outcome.of("estimated", "temporal")[0, :, k]
     cov = outcome.of("estimated_cov", "temporal")[0, :, k]
     starts = [slot - 1 for slot in FORECAST_SLOTS]
-    return make_cones(mean, cov, starts, len(mean), outcome.scenario)
+    uav = outcome.kept["uav_position"], outcome.kept["uav_velocity"]
+    return make_cones(mean, cov, starts, len(mean), uav, system_for(outcome.scenario, "temporal"))
 
 
 def tabulate(outcome: Outcome) -> Table:

@@ -1,0 +1,206 @@
+"""Beamers: from a belief to the beams of a directional slot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+from echobeam.beamforming.design import design_batch
+from echobeam.beamforming.problem import ProblemBatch
+from echobeam.faults import InputError
+from echobeam.physics.link import channel_loss
+from echobeam.scenario.model import CoverageTable
+from echobeam.schemes.base import System, View
+from echobeam.schemes.matched import matched_beams
+from echobeam.values import Array, BoolArray, ComplexArray, Tracks
+
+COVERAGE_KEYS = tuple(CoverageTable.model_fields)
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """Belief that the beams of a slot are made from.
+
+    Attributes
+    ----------
+    prior
+        The prediction of this slot.
+    last
+        The posterior of the last slot, of the objects that are still on the roster.
+    spread
+        ``(T, C)`` rad: sigma_theta of the last slot in which the object was measured, the
+        standard deviation that (38f) covers; NaN if never.
+    active
+        ``(T,)``: the trials in which beams are sent.
+    """
+
+    prior: Tracks
+    last: Tracks
+    spread: Array
+    active: BoolArray
+
+
+@dataclass(frozen=True, slots=True)
+class Beams:
+    """Beams of a slot, see `echobeam.schemes.base.Decision`.
+
+    Attributes
+    ----------
+    beams
+        ``(T, C, N)`` complex, sqrt(power); zero for tracks that are not served.
+    covered
+        ``(T, C)`` rad; NaN without a design.
+    fallback
+        ``(T,)``.
+    messages, memory
+        As in `Decision`.
+    """
+
+    beams: ComplexArray
+    covered: Array
+    fallback: BoolArray
+    messages: dict[int, str] = field(default_factory=dict)
+    memory: Any = None
+
+
+Target = Literal["prior", "last"]
+"""The belief that beams are aimed at: the prediction, or the last posterior (a held estimate)."""
+
+
+def halfwidth(prior: Tracks, spread: Array, system: System) -> Array:
+    """Return ``(..., C)`` rad: l sigma_theta of (38f), at most the widest coverage asked for.
+
+    The paper's sigma_theta is the bound of the last measurement; ``coverage.spread =
+    "posterior"`` takes the belief's own standard deviation instead.
+    """
+    coverage = system.coverage
+    if coverage.spread == "posterior":
+        spread = np.sqrt(np.maximum(prior.cov[..., 0, 0], 0.0))
+    return np.minimum(coverage.width * spread, coverage.max_halfwidth)
+
+
+def problems_at(
+    angle: Array,
+    distance: Array,
+    covered: Array,
+    active: BoolArray,
+    system: System,
+    *,
+    min_rate: float,
+    warm_start: ComplexArray | None = None,
+) -> ProblemBatch:
+    """Return problem (38) for a block of trials, ``(T, C)`` objects each."""
+    n_objects = angle.shape[-1]
+    radio = system.radio
+    return ProblemBatch(
+        angles=angle,
+        loss=channel_loss(distance, radio.noise, radio.alpha0),
+        coverage_halfwidths=covered,
+        active=active,
+        ripple=np.full(n_objects, system.ripple),
+        min_rate=np.full(n_objects, min_rate),
+        power=radio.power,
+        array=system.transmitter,
+        resolution=system.coverage.resolution,
+        warm_start=warm_start,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class CoverBeamer:
+    """Problem (38): the largest sum rate of beams that cover the uncertainty of the angle.
+
+    Attributes
+    ----------
+    aim
+        The belief that the beams are made from.
+    cold_every
+        Slots after which the beams are sought anew: a start from the last slot's beams may stay
+        on a branch that has become the worse one while the uncertainty changed.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = COVERAGE_KEYS
+
+    aim: Target = "prior"
+    cold_every: int = 8
+
+    def __post_init__(self) -> None:
+        if self.cold_every < 1:
+            raise InputError(f"cold_every: {self.cold_every} is not accepted; expected 1 or more")
+
+    def problems(self, aim: Aim, view: View) -> ProblemBatch:
+        """Return the problems of a slot, most of them started from the last slot's beams."""
+        tracks = getattr(aim, self.aim)
+        covered = halfwidth(tracks, aim.spread, view.system)
+        active = tracks.known & np.isfinite(covered) & aim.active[:, None]
+        angle = tracks.mean[..., 0]
+        if view.system.coverage.centre == "previous":
+            angle = np.where(aim.last.known, aim.last.mean[..., 0], angle)
+        directional = view.slot_in_frame - 2  # the paper's frame begins with another slot
+        warm = view.memory if directional % self.cold_every else None
+        return problems_at(
+            angle,
+            tracks.mean[..., 1],
+            covered,
+            active,
+            view.system,
+            min_rate=view.system.coverage.min_rate,
+            warm_start=warm,
+        )
+
+    def beams(self, aim: Aim, view: View) -> Beams:
+        """Return the optimised beams."""
+        problems = self.problems(aim, view)
+        answer = design_batch(problems)
+        covered = np.where(problems.active, problems.coverage_halfwidths, np.nan)
+        kept = np.full_like(answer.beams, np.nan) if view.memory is None else view.memory
+        memory = np.where(aim.active[:, None, None], answer.beams, kept)
+        return Beams(answer.beams, covered, answer.fallback, answer.messages, memory)
+
+
+@dataclass(frozen=True, slots=True)
+class MatchedBeamer:
+    """Matched beams w_k = sqrt(p_k / N_t) a(theta_k), water-filling power; they cover nothing."""
+
+    parameters: ClassVar[tuple[str, ...]] = ()
+
+    aim: Target = "prior"
+
+    def beams(self, aim: Aim, view: View) -> Beams:
+        """Return the matched beams."""
+        tracks = getattr(aim, self.aim)
+        active = tracks.known & aim.active[:, None]
+        beams = matched_beams(tracks.mean[..., 0], tracks.mean[..., 1], active, view.system)
+        return Beams(
+            beams,
+            np.full(active.shape, np.nan),
+            np.zeros(len(active), dtype=bool),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class HeldBeams:
+    """Beams designed in the second slot of a frame and held until its end."""
+
+    beamer: CoverBeamer | MatchedBeamer
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Keys of the scenario that the design depends on."""
+        return self.beamer.parameters
+
+    def beams(self, aim: Aim, view: View) -> Beams:
+        """Return the beams of the frame, none for an object that has left."""
+        held = view.memory
+        if view.slot_in_frame == 2 or held is None:
+            held = self.beamer.beams(aim, replace(view, memory=None))
+        stays = aim.last.known
+        return Beams(
+            np.where(stays[..., None], held.beams, 0.0),
+            np.where(stays, held.covered, np.nan),
+            held.fallback,
+            held.messages,
+            memory=held,
+        )

@@ -1,0 +1,201 @@
+"""Schemes with their parameters: from ``temporal:ripple=1`` to a scheme that can run.
+
+A scheme's parameters are the keys of ``[filter]`` and ``[coverage]`` that its parts read, the
+parts themselves (``frame``, ``tracker``, ``beamer``), and the fields of its own and of its parts.
+What the text says goes before the scenario's ``[schemes.NAME]``, and that before its tables.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from pydantic import BaseModel
+
+from echobeam.physics.array import LinearArray
+from echobeam.physics.variance_law import VarianceLaw
+from echobeam.scenario.dump import key_texts
+from echobeam.scenario.load import override_table, read_value
+from echobeam.scenario.model import CoverageTable, FilterTable, Scenario
+from echobeam.scenario.quantities import ripple_value
+from echobeam.schemes.base import Scheme, SchemeError, System
+from echobeam.schemes.doors import as_scheme
+from echobeam.schemes.parameters import own_parameters, part_names, set_parameter, table_keys
+from echobeam.schemes.registry import find_part, find_scheme
+
+_TEXT = re.compile(r"(?P<base>.+?)(?::(?P<parameters>[A-Za-z_]\w*=.*))?", re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class ConfiguredScheme:
+    """A scheme, the name of this variant in results, and the system that it is given."""
+
+    name: str
+    scheme: Scheme
+    system: System
+
+
+def configure_all(
+    scenario: Scenario, schemes: Sequence[str | object] | None
+) -> list[ConfiguredScheme]:
+    """Return schemes that can run, for names and doors of any size, each name once.
+
+    Parameters
+    ----------
+    scenario
+        Whose parameters hold where nothing else is said.
+    schemes
+        Names with or without parameters, ``path/to/file.py:name``, functions
+        ``(prior, view) -> beams`` or whole schemes; those that the scenario names if None.
+
+    Raises
+    ------
+    SchemeError
+        If one cannot be found or configured, or two have one name.
+    """
+    if schemes is None:
+        asked: Sequence[str | object] = scenario.schemes
+    else:
+        asked = [schemes] if isinstance(schemes, str) else schemes
+    found = [configure(scenario, item) for item in asked]
+    names = [one.name for one in found]
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    if doubled:
+        raise SchemeError(f"scheme {doubled[0]!r} is asked for twice; give each one once")
+    if not names:
+        raise SchemeError("no scheme is asked for; give at least one")
+    return found
+
+
+def configure(scenario: Scenario, asked: str | object) -> ConfiguredScheme:
+    """Return one scheme that can run.
+
+    Raises
+    ------
+    SchemeError
+        If it cannot be found, has no such parameter, or a value is not accepted.
+    """
+    if not isinstance(asked, str):
+        scheme = as_scheme(asked)
+        return ConfiguredScheme(scheme.name, scheme, system_of(scenario))
+    base, text = split(asked)
+    scheme = find_scheme(base)
+    given = scenario.scheme_parameters.get(asked) or scenario.scheme_parameters.get(base) or {}
+    values = {**given, **_values(text, asked)}
+    name = f"{scheme.name}:{text}" if text else scheme.name
+    scheme, system = _with_parameters(scheme, values, scenario, f"scheme {asked}")
+    return ConfiguredScheme(name, scheme, system)
+
+
+def system_of(
+    scenario: Scenario, filter: FilterTable | None = None, coverage: CoverageTable | None = None
+) -> System:
+    """Return the equipment and task of a scenario's UAV, as a scheme is given them."""
+    coverage = scenario.coverage if coverage is None else coverage
+    return System(
+        array=scenario.array,
+        radio=scenario.radio,
+        frame=scenario.frame,
+        filter=scenario.filter if filter is None else filter,
+        coverage=coverage,
+        law=variance_law(scenario),
+        ripple=ripple_value(coverage.ripple, scenario.array.n_tx),
+    )
+
+
+def system_for(scenario: Scenario, name: str) -> System:
+    """Return the system that the scheme of a name in a result was given.
+
+    A user's scheme, whose file the result does not name, is taken to read all keys.
+    """
+    try:
+        return configure(scenario, name).system
+    except SchemeError:
+        values = {**scenario.scheme_parameters.get(name, {}), **_values(split(name)[1], name)}
+        tables = (FilterTable, CoverageTable)
+        known = {key: values[key] for key in values if any(key in t.model_fields for t in tables)}
+        return _system(scenario, known, f"scheme {name}")
+
+
+def variance_law(scenario: Scenario) -> VarianceLaw:
+    """Return the law of the measurement variance for a scenario's equipment."""
+    array, radar = scenario.array, scenario.radar
+    return VarianceLaw(
+        transmitter=LinearArray(array.n_tx, array.spacing, array.axis),
+        receiver=LinearArray(array.receivers, array.spacing, array.axis),
+        rcs=complex(*radar.rcs),
+        gain=radar.gain,
+        noise=radar.noise,
+        bandwidth=radar.bandwidth,
+        pulse_length=radar.pulse_length,
+        crb=radar.crb,
+    )
+
+
+def split(text: str) -> tuple[str, str]:
+    """Return name and parameters of a scheme's text, ``temporal:ripple=1`` or a plain name."""
+    match = _TEXT.fullmatch(text)
+    return (match["base"], match["parameters"] or "") if match else (text, "")
+
+
+def _values(text: str, asked: str) -> dict[str, object]:
+    values: dict[str, object] = {}
+    for item in filter(None, text.split(",")):
+        key, equals, value = (part.strip() for part in item.partition("="))
+        if not equals or not value:
+            raise SchemeError(f"scheme {asked}: {item!r} is not accepted; expected KEY=VALUE")
+        if key in values:
+            raise SchemeError(f"scheme {asked}: {key} is given twice")
+        values[key] = read_value(value)
+    return values
+
+
+def _with_parameters(
+    scheme: Scheme, values: Mapping[str, object], scenario: Scenario, label: str
+) -> tuple[Scheme, System]:
+    """Return a scheme of other parts and parameters, and the system that it is given."""
+    for kind in part_names(scheme):
+        if kind in values:
+            scheme = replace(scheme, **{kind: find_part(kind, str(values[kind]))})  # type: ignore[type-var]
+    keys, own, parts = table_keys(scheme), own_parameters(scheme), part_names(scheme)
+    accepted = [*keys, *(key for key in own if key not in keys), *parts]
+    for key in values:
+        if key not in accepted:
+            raise SchemeError(_unknown(key, accepted, label))
+    system = _system(scenario, {key: values[key] for key in values if key in keys}, label)
+    for key in values:
+        if key in own and key not in keys:
+            scheme = set_parameter(scheme, key, values[key], label)
+    return scheme, system
+
+
+def _system(scenario: Scenario, values: Mapping[str, object], label: str) -> System:
+    """Return the system of a scenario with some keys of its filter and coverage replaced."""
+
+    def of(table: type[BaseModel]) -> dict[str, object]:
+        return {key: value for key, value in values.items() if key in table.model_fields}
+
+    return system_of(
+        scenario,
+        override_table(scenario.filter, of(FilterTable), label),
+        override_table(scenario.coverage, of(CoverageTable), label),
+    )
+
+
+def _unknown(key: str, accepted: Sequence[str], label: str) -> str:
+    near = difflib.get_close_matches(key, accepted, n=1)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    there = f"accepted here: {', '.join(accepted)}" if accepted else "this scheme has no parameters"
+    return f"{label}: {key}: unknown parameter; {hint}{there}"
+
+
+def defaults(name: str) -> dict[str, str]:
+    """Return the parameters of a scheme by name with their defaults, as they would be written."""
+    scheme = find_scheme(name)
+    tables = {**key_texts(FilterTable()), **key_texts(CoverageTable())}
+    chosen = {key: tables[key] for key in table_keys(scheme) if key in tables}
+    return chosen | {
+        key: str(value) for key, value in own_parameters(scheme).items() if key not in chosen
+    }

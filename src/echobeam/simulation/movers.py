@@ -1,0 +1,187 @@
+"""Movers: the motion of the objects in ground coordinates, advanced slot by slot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from echobeam.physics.angles import exact_cosine
+from echobeam.physics.geometry import along_road, polar_state
+from echobeam.physics.motion import Flight, initial_distance, move_along_road
+from echobeam.scenario.load import trace_path
+from echobeam.scenario.model import Scenario, TraceTable
+from echobeam.simulation.randomness import Use, object_normals
+from echobeam.traces import TraceMotion, load_motion, road_between
+from echobeam.values import Array, IntArray, UavState
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """Objects in ground coordinates at the beginning of a slot.
+
+    Attributes
+    ----------
+    position, velocity
+        ``(T, K, 3)`` m, m/s: x along the road, y across it, z above ground; NaN where nobody is.
+        T is 1 where all trials share one motion.
+    identity
+        ``(K,)``: who is in each column; `NOBODY` where it is empty.
+    """
+
+    position: Array
+    velocity: Array
+    identity: IntArray
+
+
+class Mover(Protocol):
+    """Motion of all objects of a scene."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the objects, by identity."""
+
+    def begin(self) -> Ground:
+        """Return the objects in the first slot."""
+
+    def advance(self, ground: Ground, slot: int, uav: UavState, seed: int, trials: range) -> Ground:
+        """Return the objects one slot later.
+
+        Parameters
+        ----------
+        ground, uav
+            Objects and UAV in the slot that ends.
+        slot
+            That slot, counted from 0.
+        seed, trials
+            Key of nature's own noise.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Kinematic:
+    """Objects at constant acceleration along the road, with nature's own noise if asked for.
+
+    Attributes
+    ----------
+    x, velocity, acceleration
+        ``(K,)`` m, m/s, m/s^2 at time 0.
+    slot_duration
+        s.
+    noise
+        Standard deviations of nature's noise for each slot, rad, m, m/s; None for none. Of the
+        noise on angle and distance the part that leaves the object on the road acts
+        (`along_road`).
+    """
+
+    x: Array
+    velocity: Array
+    acceleration: Array
+    slot_duration: float
+    noise: tuple[float, float, float] | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names by number, counted from 1."""
+        return tuple(f"object {number}" for number in range(1, len(self.x) + 1))
+
+    def begin(self) -> Ground:
+        """Return the objects in the first slot."""
+        return self._ground(self.x[None], self.velocity[None])
+
+    def advance(self, ground: Ground, slot: int, uav: UavState, seed: int, trials: range) -> Ground:
+        """Return the objects one slot later, Eq. (27) with acceleration, plus noise."""
+        x, velocity = ground.position[..., 0], ground.velocity[..., 0]
+        moved, faster = move_along_road(x, velocity, self.acceleration, self.slot_duration)
+        if self.noise is not None:
+            eta = object_normals(seed, trials, slot, Use.PROCESS, ground.identity, 3)
+            eta = eta * np.array(self.noise)
+            seen = polar_state(ground.position, ground.velocity, uav)
+            moved = moved + along_road(seen, eta[..., :2], self.noise[:2])
+            faster = faster + eta[..., 2]
+        return self._ground(moved, faster)
+
+    def _ground(self, x: Array, velocity: Array) -> Ground:
+        zero = np.zeros_like(x)
+        return Ground(
+            position=np.stack([x, zero, zero], axis=-1),
+            velocity=np.stack([velocity, zero, zero], axis=-1),
+            identity=np.arange(x.shape[-1]),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Traced:
+    """Vehicles of a recorded trace; the motion is looked up."""
+
+    motion: TraceMotion
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the vehicles in the trace."""
+        return self.motion.names
+
+    def begin(self) -> Ground:
+        """Return the vehicles in the first slot."""
+        return self._ground(0)
+
+    def advance(self, ground: Ground, slot: int, uav: UavState, seed: int, trials: range) -> Ground:
+        """Return the vehicles one slot later."""
+        return self._ground(slot + 1)
+
+    def _ground(self, slot: int) -> Ground:
+        x, velocity = self.motion.position[slot], self.motion.velocity[slot]
+        zero = np.where(np.isfinite(x), 0.0, np.nan)
+        return Ground(
+            position=np.stack([x, zero, zero], axis=-1)[None],
+            velocity=np.stack([velocity, zero, zero], axis=-1)[None],
+            identity=self.motion.identity[slot],
+        )
+
+
+def mover_of(scenario: Scenario, flight: Flight) -> Mover:
+    """Return the mover of a scenario; this is where a trace is read.
+
+    Raises
+    ------
+    TraceError
+        If the trace cannot be used.
+    """
+    if scenario.trace is not None:
+        return Traced(_read_trace(scenario, flight))
+    angle = np.array([item.angle for item in scenario.objects], dtype=float)
+    return Kinematic(
+        x=initial_distance(angle, scenario.uav.height) * exact_cosine(angle),
+        velocity=np.array([item.velocity for item in scenario.objects], dtype=float),
+        acceleration=np.array([item.acceleration for item in scenario.objects], dtype=float),
+        slot_duration=scenario.frame.slot,
+        noise=scenario.truth_stds if scenario.truth.process_noise else None,
+    )
+
+
+def _read_trace(scenario: Scenario, flight: Flight) -> TraceMotion:
+    table, file = scenario.trace, trace_path(scenario)
+    assert table is not None
+    assert file is not None
+    changed = file.stat().st_mtime_ns if file.is_file() else 0
+    return _motion(file, changed, table, flight, scenario.n_slots)
+
+
+@lru_cache(maxsize=4)
+def _motion(
+    file: Path, changed: int, table: TraceTable, flight: Flight, n_slots: int
+) -> TraceMotion:
+    """Return a trace's motion; scenarios of a sweep that share it read it once."""
+    return load_motion(
+        file,
+        flight.slot_duration * np.arange(n_slots),
+        uav_x=[flight.at(slot).position[0] for slot in range(n_slots)],
+        max_objects=table.max_objects,
+        range_m=table.range,
+        road=None if table.road is None else road_between(table.road[:2], table.road[2:]),
+        origin=table.origin,
+        start=table.start,
+    )

@@ -1,0 +1,51 @@
+"""Scene of a run: all that its trials have in common. A trace is read when it is made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from echobeam.physics.motion import Flight
+from echobeam.physics.variance_law import VarianceLaw
+from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import variance_law
+from echobeam.simulation.movers import Mover, mover_of
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Scenario with its flight, its mover and its radar.
+
+    Attributes
+    ----------
+    scenario
+        The scenario.
+    flight
+        The UAV's.
+    mover
+        Motion of the objects.
+    law
+        Law of the measurement variance.
+    """
+
+    scenario: Scenario
+    flight: Flight
+    mover: Mover
+    law: VarianceLaw
+
+
+def scene_of(scenario: Scenario) -> Scene:
+    """Return the scene of a scenario; reads its trace, once for all trials.
+
+    Raises
+    ------
+    TraceError
+        If the trace cannot be used.
+    """
+    flight = flight_of(scenario)
+    return Scene(scenario, flight, mover_of(scenario, flight), variance_law(scenario))
+
+
+def flight_of(scenario: Scenario) -> Flight:
+    """Return the flight of a scenario's UAV."""
+    uav = scenario.uav
+    return Flight(uav.height, uav.speed, uav.heading, scenario.frame.slot, uav.floor)

@@ -1,0 +1,268 @@
+"""Statistics of a run, computed once: sums over trials that add up exactly.
+
+Tables, claims, pictures and sweeps read these. Those with a trial axis are small (a rate per
+trial and slot) and are joined; the others are sums over trials and objects and are added.
+Statistics of blocks, taken in order, come to those of the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from echobeam.estimation.consistency import nees, nis
+from echobeam.estimation.gaussian import wrap
+from echobeam.physics.polar import POLAR
+from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import system_for
+from echobeam.simulation.bound import bound_terms
+from echobeam.tracking.measurement import measurement_jacobian, predict_measurement
+from echobeam.values import Array, BoolArray, Mode
+
+Statistics = dict[str, Array]
+
+PER_TRIAL = ("sum_rate", "fallback")
+"""Statistics with a trial axis, ``(scheme, trial, ...)``; all others are sums."""
+
+NEEDED = (
+    "truth",
+    "present",
+    "identity",
+    "uav_velocity",
+    "mode",
+    "covered",
+    "predicted",
+    "predicted_cov",
+    "estimated",
+    "estimated_cov",
+    "measured",
+    "measured_var",
+    "true_var",
+    "rate",
+    "fallback",
+)
+"""Arrays of a block, or variables of a result, that the statistics are made of."""
+
+Arrays = Mapping[str, npt.NDArray[np.generic]]
+
+
+def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> Statistics:
+    """Return the statistics of some trials.
+
+    Parameters
+    ----------
+    arrays
+        Named and laid out as in the result file, ``(scheme, trial, slot, object, ...)``.
+    scenario
+        The scenario that was run.
+    names
+        Schemes, whose own floors, covers and filters the statistics refer to.
+
+    Returns
+    -------
+    dict
+        ``sum_rate`` (scheme, trial, slot); ``fallback`` (scheme, trial): slots; sums over
+        trials, (scheme, slot, object): ``squares_*`` and ``errors`` of the posterior; sums over
+        trials and objects, (scheme, slot): ``nees``, ``nis`` with ``nees_count``,
+        ``nis_degrees``, ``below``/``served`` (objects below their floor), ``inside``/``covered``
+        (true angles inside the covered interval), ``known``/``there`` (objects with a track);
+        and those of `bound_terms`.
+    """
+    present = np.asarray(arrays["present"], dtype=bool)
+    rate = _floats(arrays["rate"])
+    in_service = present & _directional(arrays)
+    known = np.isfinite(_floats(arrays["estimated"])[..., 0])
+    systems = [system_for(scenario, name) for name in names]
+    floors = np.array([system.coverage.min_rate for system in systems])[:, None, None, None]
+    figures = {
+        "sum_rate": sum_rate(rate, present),
+        "fallback": np.asarray(arrays["fallback"], dtype=float).sum(axis=-1),
+        "below": _count(in_service & ~(rate >= floors)),
+        "served": _count(np.broadcast_to(in_service, rate.shape)),
+        "known": _count(present & known),
+        "there": _count(np.broadcast_to(present, rate.shape)),
+    }
+    centres = [system.coverage.centre for system in systems]
+    figures |= _errors(arrays) | _innovations(arrays, scenario) | _cover(arrays, centres)
+    return figures | bound_terms(arrays, scenario)
+
+
+def join(parts: Sequence[Statistics]) -> Statistics:
+    """Return the statistics of several blocks, given in order."""
+    return {
+        name: np.concatenate([one[name] for one in parts], axis=1)
+        if name in PER_TRIAL
+        else np.sum([one[name] for one in parts], axis=0)
+        for name in parts[0]
+    }
+
+
+def of_scheme(whole: Statistics, index: int) -> Statistics:
+    """Return one scheme's part, without the leading axis."""
+    return {key: value[index] for key, value in whole.items()}
+
+
+def sum_rate(rate: Array, present: BoolArray) -> Array:
+    """Return the rate summed over the objects that are there, ``(..., K)`` to ``(...)``.
+
+    An object without a rate adds nothing.
+    """
+    total: Array = np.where(present & np.isfinite(rate), rate, 0.0).sum(axis=-1)
+    return total
+
+
+def rmse(part: Statistics, component: str) -> Array:
+    """Return one scheme's root mean square error of the posterior, ``(slot,)``.
+
+    Over trials and objects; NaN where there is no track.
+
+    Parameters
+    ----------
+    part
+        See `of_scheme`.
+    component
+        ``"angle"`` (rad, differences wrapped), ``"distance"`` (m) or ``"velocity"`` (m/s).
+    """
+    errors = part["errors"].sum(axis=-1)
+    root: Array = np.sqrt(quotient(part[f"squares_{component}"].sum(axis=-1), errors))
+    return root
+
+
+def posterior_errors(estimated: Array, truth: Array) -> Array:
+    """Return estimate minus truth, ``(..., S)``, angles wrapped; NaN without either."""
+    error: Array = estimated - truth
+    for component in POLAR.angles:
+        error[..., component] = wrap(error[..., component])
+    return error
+
+
+def error_sums(error: Array) -> Statistics:
+    """Return sums over the trials of squared errors ``(scheme, trial, slot, object, S)``."""
+    return {
+        "errors": np.isfinite(error[..., 0]).sum(axis=1).astype(float),
+        **{
+            f"squares_{name}": np.nansum(error[..., index] ** 2, axis=1)
+            for index, name in enumerate(POLAR.names)
+        },
+    }
+
+
+def cover_centre(predicted: Array, estimated: Array, centre: str) -> Array:
+    """Return the angle around which each beam was designed, ``(..., slot, object)`` rad.
+
+    It is the prediction, or the estimate of the slot before where that is the reading
+    (``coverage.centre``) or where there is no prediction (a held estimate).
+
+    Parameters
+    ----------
+    predicted, estimated
+        ``(..., slot, object)`` rad.
+    centre
+        ``coverage.centre`` of the scheme.
+    """
+    before = np.full_like(estimated, np.nan)
+    before[..., 1:, :] = estimated[..., :-1, :]
+    first, second = (before, predicted) if centre == "previous" else (predicted, before)
+    return np.where(np.isfinite(first), first, second)
+
+
+def quotient(total: npt.ArrayLike, count: npt.ArrayLike) -> Array:
+    """Return total over count, NaN where there is nothing to count."""
+    total, count = np.asarray(total, dtype=float), np.asarray(count, dtype=float)
+    ratio: Array = np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
+    return ratio
+
+
+def _directional(arrays: Arrays) -> BoolArray:
+    """Return ``(scheme, trial, slot, 1)``: whether beams are sent."""
+    directional: BoolArray = np.asarray(arrays["mode"] == Mode.DIRECTIONAL)[..., None]
+    return directional
+
+
+def _floats(values: npt.NDArray[np.generic]) -> Array:
+    return np.asarray(values, dtype=np.float64)
+
+
+def _count(mask: npt.NDArray[np.bool_]) -> Array:
+    """Return how often a mask ``(scheme, trial, slot, object)`` holds, per scheme and slot."""
+    count: Array = mask.sum(axis=(1, 3)).astype(float)
+    return count
+
+
+def _positive(cov: Array) -> BoolArray:
+    """Return where a covariance has positive variances, ``(...)``."""
+    positive: BoolArray = np.all(np.diagonal(cov, axis1=-2, axis2=-1) > 0, axis=-1)
+    return positive
+
+
+def _total(values: Array) -> Array:
+    """Return the sum of the finite values over trials and objects, per scheme and slot."""
+    total: Array = np.where(np.isfinite(values), values, 0.0).sum(axis=(1, 3))
+    return total
+
+
+def _errors(arrays: Arrays) -> Statistics:
+    """Return errors of the posterior and their normalised squares."""
+    error = posterior_errors(_floats(arrays["estimated"]), _floats(arrays["truth"]))
+    cov = _floats(arrays["estimated_cov"])
+    doubtful = _positive(cov)  # not so: unknown objects, and a genie's
+    normalised = nees(
+        np.where(doubtful[..., None], error, np.nan),
+        np.where(doubtful[..., None, None], cov, np.eye(POLAR.size)),
+        POLAR.angles,
+    )
+    return error_sums(error) | {
+        "nees": _total(normalised),
+        "nees_count": _count(np.isfinite(normalised)),
+    }
+
+
+def uav_motion(arrays: Arrays) -> tuple[Array, Array]:
+    """Return the UAV's speed and heading in every slot, ``(slot, 1)`` m/s and rad."""
+    velocity = _floats(arrays["uav_velocity"])
+    speed = np.hypot(velocity[:, 0], velocity[:, 2])[:, None]
+    return speed, np.arctan2(velocity[:, 2], velocity[:, 0])[:, None]
+
+
+def _innovations(arrays: Arrays, scenario: Scenario) -> Statistics:
+    """Return normalised squared innovations of the predicted objects that were measured."""
+    prior, cov = _floats(arrays["predicted"]), _floats(arrays["predicted_cov"])
+    value, variance = _floats(arrays["measured"]), _floats(arrays["measured_var"])
+    speed, heading = uav_motion(arrays)
+    carrier = scenario.radio.carrier
+    predicted = np.isfinite(prior[..., 0]) & _positive(cov)
+    mean = np.where(predicted[..., None], prior, 1.0)
+    innovation = value - predict_measurement(mean, speed, heading, carrier)
+    innovation[..., 0] = wrap(innovation[..., 0])
+    used = np.isfinite(innovation) & np.isfinite(variance) & predicted[..., None]
+    squared = nis(
+        np.where(used, innovation, np.nan),
+        np.where(predicted[..., None, None], cov, np.eye(POLAR.size)),
+        measurement_jacobian(mean, speed, heading, carrier),
+        np.where(used, variance, np.inf),
+        POLAR.angles,
+    )
+    return {
+        "nis": _total(np.where(used.any(axis=-1), squared, np.nan)),
+        "nis_degrees": used.sum(axis=(1, 3, 4)).astype(float),
+    }
+
+
+def _cover(arrays: Arrays, centres: Sequence[str]) -> Statistics:
+    """Return how often the true angle is inside the interval that a beam was designed to cover."""
+    predicted, estimated = (_floats(arrays[name])[..., 0] for name in ("predicted", "estimated"))
+    centre = np.stack(
+        [
+            cover_centre(one, other, each)
+            for one, other, each in zip(predicted, estimated, centres, strict=True)
+        ]
+    )
+    halfwidth, truth = _floats(arrays["covered"]), _floats(arrays["truth"])[..., 0]
+    asked = np.isfinite(centre) & np.isfinite(halfwidth) & np.isfinite(truth)
+    off = np.abs(wrap(np.where(asked, centre - truth, 0.0)))
+    return {
+        "inside": _count(asked & (off <= np.where(asked, halfwidth, 0.0))),
+        "covered": _count(asked),
+    }
