@@ -1,4 +1,4 @@
-"""Constants and the reading and writing of quantities with units.
+"""Constants and the reading of quantities with units.
 
 Below the command line and the scenario file everything is SI and radians; this module is the one
 place where "80 m", "60 deg" or "30 GHz" become such numbers.
@@ -30,18 +30,17 @@ UNITS: dict[str, dict[str, float]] = {
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
 
-
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
 
-_DECIBELS = ("dB", "dBm", "dBW", "dBi")
+_DECIBELS = ("db", "dbm", "dbw", "dbi")
 
 
 class QuantityError(InputError):
-    """A text that is not a number with a unit of the kind asked for."""
+    """Fault of a text that is not a number with a unit of the kind asked for."""
 
 
 def accepted(kind: str) -> str:
-    """Say in words which units a kind of quantity takes, for messages."""
+    """Return in words the units that a kind of quantity takes, for messages."""
     units = [unit for unit in UNITS[kind] if unit not in ("m/s2", "m/s²")]
     return (
         f"a number in {units[0]}, or a text with a unit ({', '.join(units)})"
@@ -77,7 +76,7 @@ def parse_quantity(value: object, kind: str) -> float:
             raise QuantityError(f"{value!r} is not a number; expected {accepted(kind)}")
         number, unit = float(match[1]), match[2]
         if unit is not None:
-            if unit in _DECIBELS:
+            if unit.lower() in _DECIBELS:
                 raise QuantityError(
                     f"{value!r} is a level in decibels; powers and gains are linear here"
                 )

@@ -24,8 +24,9 @@ from echobeam.beamforming.design import SOLVERS
 from echobeam.beamforming.document import ACCEPTED, answer_document, read_problem
 from echobeam.cli.main import COMMANDS, cli
 from echobeam.scenario.load import BUILT_IN, load_scenario
-from echobeam.scenario.model import Scenario
+from echobeam.scenario.model import PARAMETERS, Scenario
 from echobeam.schemes import registry
+from echobeam.schemes.configure import configure
 from echobeam.simulation.dataset import VARIABLES, coordinates
 from echobeam.simulation.summary import SchemeSummary
 from echobeam.units import UNITS
@@ -100,6 +101,8 @@ def scenario_fields() -> Iterator[tuple[str, FieldInfo]]:
     """Yield the dotted keys of the scenario file and their fields."""
     for name, field in Scenario.model_fields.items():
         table = table_of(field.annotation)
+        if name == PARAMETERS:
+            continue  # a file has them as [schemes.NAME]
         if table is None:
             yield name, field
         else:
@@ -122,7 +125,9 @@ def number(value: float) -> str:
 def bounds_of(field: FieldInfo) -> dict[type, float]:
     """Return the bounds of a field by their kind."""
     metadata = [*field.metadata]
-    for item in field.metadata:
+    for option in get_args(field.annotation):  # where a key may be left out
+        metadata += getattr(option, "__metadata__", ())
+    for item in tuple(metadata):
         metadata += getattr(item, "metadata", [])
     kinds = {Gt: "gt", Ge: "ge", Lt: "lt", Le: "le"}
     return {
@@ -155,7 +160,7 @@ def accepted(key: str, field: FieldInfo) -> str:
     if get_origin(annotation) is tuple:
         return f"a list of {len(get_args(annotation))} numbers"
     low, high = bounds_of(field), bounds_of(field)
-    whole = "a whole number, " if annotation is int else ""
+    whole = "a whole number, " if int in options or "int" in str(annotation) else ""
     match (Gt in low, Ge in low, Lt in high, Le in high):
         case (False, False, False, False):
             return "any number"
@@ -314,7 +319,10 @@ def check_command(words: list[str], files: set[str]) -> None:
         source = given["scenario"] if given["scenario"] in BUILT_IN else "paper-multi"
         load_scenario(source, given.get("overrides", ()))
     for scheme in given.get("schemes", ()):
-        assert scheme in registry.BUILT_IN or scheme.partition(":")[0] in files, words
+        name, _, parameters = scheme.partition(":")
+        assert name in registry.BUILT_IN or name in files, words
+        if name in registry.BUILT_IN and not any(file in parameters for file in files):
+            configure(load_scenario("paper-multi"), scheme)
 
 
 @pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.stem)
@@ -426,9 +434,18 @@ def test_a_scheme_of_the_pages_is_found_in_its_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (block,) = [b for b in blocks(page("schemes"), "python") if b.title]
-    Path(block.title).write_text(block.text, encoding="utf-8")
-    assert registry.find_scheme(f"{block.title}:equal").name == "equal"
+    for block in blocks(page("schemes"), "python"):
+        if block.title:
+            Path(block.title).write_text(block.text, encoding="utf-8")
+    for name in ("mine.py:equal", "particles.py:particles", "road.py:road"):
+        assert registry.find_scheme(name).name == name.partition(":")[2]
+
+
+def test_a_schemes_example_stays_short() -> None:
+    """A scheme with a belief of its own takes some sixty lines."""
+    (cloud,) = [b for b in blocks(page("schemes"), "python") if b.title == "particles.py"]
+    code = [line for line in cloud.text.splitlines() if line.strip()]
+    assert len(code) <= 60
 
 
 @pytest.mark.slow

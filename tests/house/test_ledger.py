@@ -182,13 +182,13 @@ def test_the_docstrings_name_most_of_the_paper() -> None:
 
 
 HEAD = "| " + " | ".join(COLUMNS) + " |\n|---|---|---|---|---|---|\n"
-SINR = "| 7 | `echobeam.physics.link.sinr` | a \\| b | same | - | `noise`, `array.axis` |\n"
+SINR = "| 7 | `echobeam.physics.link.sinr` | a \\| b | same | - | `loss`, `array.axis` |\n"
 
 
 def test_a_row_is_read_with_its_functions_and_switches() -> None:
     row = read_ledger("text\n\n" + HEAD + SINR)["7"]
     assert row.functions == ["echobeam.physics.link.sinr"]
-    assert row.switches == ["noise", "array.axis"]
+    assert row.switches == ["loss", "array.axis"]
     assert row.cells[2] == "a \\| b"
 
 
@@ -204,7 +204,7 @@ def test_a_true_row_passes() -> None:
         ("link.sinr", "echobeam.physics.link.sinner"),
         ("physics.link", "physics.links"),
         ("echobeam.physics", "numpy.linalg"),
-        ("`noise`", "`power`"),
+        ("`loss`", "`power`"),
         ("`array.axis`", "`array.axes`"),
         ("| 7 |", "| 40 |"),
         ("`echobeam.physics.link.sinr`", "sinr"),

@@ -93,10 +93,10 @@ def test_components_may_be_used_in_any_order_or_at_once(
     H, variance = rng.normal(size=(4, 3, 3)), 10.0 ** rng.uniform(-2, 2, (4, 3))
     H /= np.sqrt(np.diagonal(state.cov, axis1=-2, axis2=-1))[..., None, :]
     innovation = np.sqrt(variance) * rng.normal(size=(4, 3))
-    mean, cov = update(state.mean, state.cov, innovation, H, variance)[:2]
+    mean, cov = update(state.mean, state.cov, innovation, H, variance)
     order = rng.permutation(3)
     parts = innovation[:, order], H[:, order], variance[:, order]
-    other_mean, other_cov = update(state.mean, state.cov, *parts)[:2]
+    other_mean, other_cov = update(state.mean, state.cov, *parts)
     std = np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
     np.testing.assert_allclose(other_mean / std, mean / std, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(normalised(other_cov, std), normalised(cov, std), atol=1e-9)

@@ -20,7 +20,7 @@ def test_nees_is_the_squared_error_in_units_of_the_covariance() -> None:
     rng = np.random.default_rng(1)
     error, cov = 0.1 * rng.normal(size=(4, 2, 3)), random_covariances(rng, (4, 2), 3)
     expected = np.einsum("...i,...ij,...j->...", error, np.linalg.inv(cov), error)
-    np.testing.assert_allclose(nees(error, cov), expected, rtol=1e-10)
+    np.testing.assert_allclose(nees(error, cov, angles=(0,)), expected, rtol=1e-10)
 
 
 def test_nees_does_not_depend_on_the_units_of_the_state() -> None:
@@ -33,16 +33,40 @@ def test_nees_does_not_depend_on_the_units_of_the_state() -> None:
 
 def test_angles_are_wrapped_and_the_given_arrays_are_left_alone() -> None:
     error = np.array([2 * np.pi - 0.1, 0.0])
-    assert nees(error, np.eye(2)) == pytest.approx(0.01)
-    assert nees(error, np.eye(2), angles=()) == pytest.approx((2 * np.pi - 0.1) ** 2)
-    assert nis(error, np.zeros((2, 2)), np.eye(2), np.ones(2)) == pytest.approx(0.01)
+    one = np.eye(2)
+    assert nees(error, one, angles=(0,)) == pytest.approx(0.01)
+    assert nees(error[::-1], one, angles=(1,)) == pytest.approx(0.01)
+    for others in ((), (1,)):
+        assert nees(error, one, others) == pytest.approx((2 * np.pi - 0.1) ** 2)
+    assert nis(error, 0 * one, one, np.ones(2), angles=(0,)) == pytest.approx(0.01)
     assert error[0] == 2 * np.pi - 0.1
 
 
 def test_unknown_objects_have_no_nees() -> None:
     error, cov = np.full((2, 3), np.nan), np.stack([np.eye(3), np.full((3, 3), np.nan)])
     error[0] = 0.0
-    np.testing.assert_array_equal(nees(error, cov), [0.0, np.nan])
+    np.testing.assert_array_equal(nees(error, cov, angles=(0,)), [0.0, np.nan])
+
+
+def test_an_estimate_on_a_curve_has_no_nees_beside_others_that_have() -> None:
+    """Products J P J^T of rank 2, whose smallest eigenvalue is rounding of either sign."""
+    rng = np.random.default_rng(5)
+    J, cov = rng.normal(size=(500, 3, 2)), random_covariances(rng, (500,), 2)
+    singular = J @ cov @ np.swapaxes(J, -1, -2)
+    unit = np.array([1e-9, 1.0, 1e9])
+    error = rng.normal(size=(500, 3))
+    for scale in (np.ones(3), unit):
+        assert np.isnan(nees(error * scale, singular * np.outer(scale, scale), angles=())).all()
+    regular = singular + 1e-6 * np.eye(3)
+    mixed = np.where((np.arange(500) % 2 == 0)[:, None, None], regular, singular)
+    expected = np.einsum("ni,nij,nj->n", error, np.linalg.inv(regular), error)[::2]
+    found = nees(error, mixed, angles=())
+    np.testing.assert_allclose(found[::2], expected, rtol=1e-6)
+    assert np.isnan(found[1::2]).all()
+
+
+def test_a_component_known_exactly_leaves_no_nees() -> None:
+    assert np.isnan(nees(np.array([0.0, 1.0]), np.diag([0.0, 1.0]), angles=()))
 
 
 def test_nis_is_the_squared_innovation_in_units_of_its_covariance() -> None:
@@ -51,15 +75,16 @@ def test_nis_is_the_squared_innovation_in_units_of_its_covariance() -> None:
     cov, variance = random_covariances(rng, (5,), 3), rng.uniform(0.1, 2.0, (5, 2))
     S = H @ cov @ np.swapaxes(H, -1, -2) + variance[..., None] * np.eye(2)
     expected = np.einsum("...i,...ij,...j->...", innovation, np.linalg.inv(S), innovation)
-    np.testing.assert_allclose(nis(innovation, cov, H, variance), expected, rtol=1e-10)
+    np.testing.assert_allclose(nis(innovation, cov, H, variance, angles=(0,)), expected, rtol=1e-10)
 
 
 def test_nis_leaves_out_what_was_not_measured() -> None:
     rng = np.random.default_rng(4)
     innovation, H, cov = rng.normal(size=3), rng.normal(size=(3, 3)), random_covariances(rng, (), 3)
-    alone = nis(innovation[:1], cov, H[:1], np.ones(1))
+    alone = nis(innovation[:1], cov, H[:1], np.ones(1), angles=(0,))
     innovation[1] = np.nan
-    assert nis(innovation, cov, H, np.array([1.0, 1.0, np.inf])) == pytest.approx(alone)
+    variance = np.array([1.0, 1.0, np.inf])
+    assert nis(innovation, cov, H, variance, angles=(0,)) == pytest.approx(alone)
 
 
 def test_band_of_two_degrees_of_freedom_is_that_of_the_exponential() -> None:
@@ -106,7 +131,7 @@ def filtered(believed: float, trials: int, slots: int = 20) -> tuple[np.ndarray,
         wide = np.broadcast_to(variance, innovation.shape)
         rows = np.broadcast_to(H, (trials, 2, 3))
         surprises.append(nis(innovation, P, rows, wide, angles=()).mean())
-        mean, P = update(mean, P, innovation, rows, wide)[:2]
+        mean, P = update(mean, P, innovation, rows, wide)
         errors.append(nees(mean - truth, P, angles=()).mean())
     return np.array(errors), np.array(surprises)
 

@@ -1,5 +1,4 @@
 import math
-import pickle
 import tomllib
 
 import pytest
@@ -13,7 +12,6 @@ from echobeam.scenario import (
     validate,
     with_trace,
 )
-from echobeam.scenario.load import override_table
 from echobeam.scenario.model import Scenario
 
 FOLLOWING = {"array": {"n_rx"}, "truth": {"angle_std", "distance_std", "velocity_std"}}
@@ -93,7 +91,10 @@ def test_all_faults_are_reported_together_with_file_key_value_and_what_is_accept
         ("radio.power=1 W", "unknown unit"),
         ("radio.power=30 dBm", "'30 dBm' is a level in decibels; powers and gains are linear here"),
         ("uav.height=100,5 m", "'100,5 m' is no number; decimals take a point"),
-        ("uav.floor=200 m", "uav.floor: 200 m is above uav.height, 100 m"),
+        (
+            "uav.floor=200 m",
+            "uav.floor: 200 m is above uav.height, 100 m; expected at most the height",
+        ),
         (
             "name=../elsewhere",
             "name: '../elsewhere' is not accepted; expected a name without a slash",
@@ -102,9 +103,6 @@ def test_all_faults_are_reported_together_with_file_key_value_and_what_is_accept
         ("radar.variance=guessed", "'predicted' or 'known'"),
         ("coverage.centre=here", "'predicted' or 'previous'"),
         ("truth.angle_std=-1 deg", "greater than or equal to 0"),
-        ("schemes.temporal=3", "expected a table of the scheme's parameters"),
-        ("schemes.nobody.ripple=1", "there is no such scheme in schemes; it has temporal, pilot"),
-        ("scheme_parameters={}", "scheme_parameters: unknown key"),
         ("radar.crb=maybe", "'paper' or 'exact'"),
         ("coverage.ripple=-1", "negative"),
         ("coverage.ripple=-1 N_t", "negative"),
@@ -125,6 +123,17 @@ def test_a_bad_override_is_one_clear_message(override, word):
     with pytest.raises(ScenarioError) as caught:
         load_scenario("paper-multi", [override])
     assert word in str(caught.value)
+
+
+def test_a_floor_above_the_height_is_reported_with_the_other_faults():
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario("paper-multi", {"uav.floor": "200 m", "array.n_tx": 0})
+    message = str(caught.value)
+    assert "array.n_tx: 0 is not accepted" in message
+    assert "uav.floor: 200 m is above uav.height, 100 m" in message
+    with pytest.raises(ScenarioError, match=r"uav\.floor: 1 m is above uav\.height, 0\.5 m"):
+        validate({"name": "low", "uav": {"height": 0.5}}, "low")  # the floor is the default
+    assert load_scenario("paper-multi", {"uav.floor": "100 m"}).uav.floor == 100
 
 
 def test_overrides_take_units_and_lists():
@@ -157,73 +166,10 @@ def test_natures_noise_is_the_filters_unless_it_has_its_own():
     assert scenario.truth_stds == (scenario.filter.angle_std, 1.0, 0.5)
 
 
-def test_schemes_may_be_tables_of_their_parameters(tmp_path):
-    file = tmp_path / "mine.toml"
-    text = preset_text("paper-multi")
-    listed = next(line for line in text.splitlines() if line.startswith("schemes = "))
-    tables = '[schemes.pilot]\n[schemes.temporal]\nripple = 1\nvelocity_std = "2 m/s"\n'
-    file.write_text(text.replace(listed, "") + tables)
-    scenario = load_scenario(file)
-    assert scenario.schemes == ("pilot", "temporal")
-    parameters = {"pilot": {}, "temporal": {"ripple": 1, "velocity_std": "2 m/s"}}
-    assert scenario.scheme_parameters == parameters
-    assert validate(tomllib.loads(scenario.to_toml()), "dumped") == scenario
-    same = load_scenario(
-        "paper-multi",
-        ["schemes=['pilot', 'temporal']", "schemes.temporal.ripple=1",
-         "schemes.temporal.velocity_std=2 m/s"],
-    )  # fmt: skip
-    assert same.scheme_parameters == parameters
-
-
-@pytest.mark.parametrize("name", BUILT_IN)
-def test_a_replaced_scenario_is_the_overridden_one(name):
-    changes = {"uav.height": "80 m", "array.n_tx": 16, "coverage.ripple": "0.2 N_t"}
-    assert load_scenario(name).replace(changes) == load_scenario(name, changes)
-    assert load_scenario(load_scenario(name), changes) == load_scenario(name, changes)
-    assert load_scenario(name).replace({}) == load_scenario(name)
-
-
-def test_what_replaces_is_validated_like_a_file():
-    scenario = load_scenario("paper-multi")
-    with pytest.raises(ScenarioError, match="2 faults"):
-        scenario.replace({"uav.height": "-5 m", "coverage.riple": 1})
-    with pytest.raises(ValueError, match="greater than 0"):
-        scenario.model_copy(update={"uav": {"height": -5.0}})
-    assert scenario.model_copy(update={"name": "other"}).name == "other"
-    assert scenario.model_copy() == scenario
-
-
-def test_a_scenario_travels_to_other_processes():
-    scenario = load_scenario("paper-multi", ["schemes.temporal.ripple=1"])
-    assert pickle.loads(pickle.dumps(scenario)) == scenario
-
-
-def test_a_scenario_introduces_itself_in_a_line():
-    text = repr(load_scenario("paper-multi"))
-    assert text == str(load_scenario("paper-multi"))
-    assert text.startswith("<Scenario paper-multi: 2 object(s), 30 antennas, 10 slots")
-    assert "\n" not in text
-
-
 def test_a_file_from_a_windows_editor_is_read(tmp_path):
     file = tmp_path / "bom.toml"
     file.write_bytes(b"\xef\xbb\xbf" + preset_text("paper-single").encode())
     assert load_scenario(file) == load_scenario("paper-single")
-
-
-def test_keys_of_a_table_are_replaced_with_the_files_own_care():
-    coverage = load_scenario("paper-multi").coverage
-    changed = override_table(coverage, {"ripple": "0.5 N_t", "resolution": "1 deg"}, "scheme x")
-    assert (changed.ripple, changed.width) == ("0.5 N_t", coverage.width)
-    assert changed.resolution == pytest.approx(math.radians(1))
-    assert override_table(coverage, {}, "scheme x") is coverage
-    with pytest.raises(ScenarioError) as caught:
-        override_table(coverage, {"ripple": -1, "wdth": 2}, "scheme x")
-    message = str(caught.value)
-    assert message.startswith("scheme x: 2 faults")
-    assert "ripple: -1.0 is negative" in message
-    assert "wdth: unknown key; did you mean 'width'? accepted here: width, ripple" in message
 
 
 def test_no_objects_is_a_scenario():
@@ -254,8 +200,3 @@ def test_a_trace_takes_the_objects_place(tmp_path):
     assert scenario.trace.max_objects == 2
     with pytest.raises(ScenarioError, match="not together with a trace"):
         load_scenario("paper-multi", {"trace": {"file": "t.csv"}})
-
-
-def test_a_scenario_is_frozen():
-    with pytest.raises(ValueError, match="frozen"):
-        load_scenario("paper-multi").name = "other"

@@ -7,6 +7,7 @@ import pytest
 
 from echobeam.physics.polar import POLAR, physical
 from echobeam.tracking.life import living
+from echobeam.values import StateSpace
 
 INSIDE = [1.0, 100.0, 3.0]
 
@@ -42,6 +43,17 @@ def test_impossible_and_unknown_objects_are_given_up_and_others_kept() -> None:
     np.testing.assert_array_equal(state.cov[0], np.eye(3))
     assert np.isnan(state.mean[1:]).all()
     assert np.isnan(state.cov[1:]).all()
+
+
+def test_every_variance_of_a_space_counts_and_its_own_rule_alone() -> None:
+    """Four components without an angle; negative states, which the paper's space excludes."""
+    line = StateSpace(tuple("abcd"), ("m",) * 4, (), lambda state: state[..., 3] < 5.0)
+    mean = np.full((3, 4), -7.0)
+    mean[1, 3] = 6.0
+    cov = np.broadcast_to(np.eye(4), (3, 4, 4)).copy()
+    cov[2, 3, 3] = np.inf
+    state = living(mean, cov, np.ones(3, dtype=bool), line)
+    np.testing.assert_array_equal(state.known, [True, False, False])
 
 
 def test_no_objects_are_no_trouble() -> None:

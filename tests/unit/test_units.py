@@ -48,6 +48,21 @@ def test_what_is_no_quantity_says_what_would_be(text, kind, word):
     assert word in str(caught.value)
 
 
+@pytest.mark.parametrize("text", ["100,5 m", "100,5", "-1,000 m"])
+def test_a_decimal_comma_is_named(text):
+    with pytest.raises(QuantityError) as caught:
+        parse_quantity(text, "length")
+    assert str(caught.value) == f"{text!r} is no number; decimals take a point"
+
+
+@pytest.mark.parametrize("text", ["30 dBm", "0dBW", "-3 dB", "30 dbm"])
+def test_a_level_in_decibels_is_named(text):
+    with pytest.raises(QuantityError) as caught:
+        parse_quantity(text, "number")
+    message = f"{text!r} is a level in decibels; powers and gains are linear here"
+    assert str(caught.value) == message
+
+
 def test_every_kind_counts_its_si_unit_as_one():
     for units in UNITS.values():
         assert not units or 1.0 in units.values()

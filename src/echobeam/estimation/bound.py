@@ -1,7 +1,9 @@
 """The posterior Cramer-Rao bound of a tracking problem, by the Tichavsky recursion.
 
-The variances of the measurements are taken as given constants. Where they depend on the state, a
-filter that uses this dependence has more information than is counted here.
+It binds estimators that take the variances of the measurements as given constants, R. Where R
+depends on the state, as with needle beams, the variances themselves carry information (the term
+tr[(R^-1 dR)^2] / 2 of a Gaussian measurement) that is not counted here: a filter that uses the law
+of R can have smaller errors than this bound.
 
 Tichavsky, Muravchik and Nehorai, "Posterior Cramer-Rao bounds for discrete-time nonlinear
 filtering", IEEE Trans. Signal Process. 46 (1998): for Gaussian noises the information of a state
@@ -20,7 +22,7 @@ from echobeam.values import Array
 def posterior_bound(
     G: Array, Q: Array, H: Array, variance: Array, information: Array | None = None
 ) -> Array:
-    """Return the lower bound on the covariance of any estimate, slot by slot.
+    """Return the lower bound on the covariance of any estimate that takes R as given, per slot.
 
     Expectations are means over the trials' own truths. A truth without process noise is the same
     in all trials; then the bound is that of a filter which believes in Q along this truth.
@@ -37,7 +39,8 @@ def posterior_bound(
     H
         ``(T, n, K, M, S)``: Jacobian of the measurement on the truth; NaN where it is absent.
     variance
-        ``(T, n, K, M)``, positive: of the measurement noise; infinite where nothing is measured.
+        ``(T, n, K, M)``, positive: diagonal of R, which counts as a constant even where it
+        depends on the state; infinite where nothing is measured.
     information
         ``(K, S, S)``: what is known before the first measurement; nothing by default.
 

@@ -1,20 +1,20 @@
-"""Whether a filter's covariances are honest: normalised squared errors and their bands.
+"""Consistency of a filter's covariances: normalised squared errors and their bands.
 
 A matched filter's normalised estimation error squared (NEES) is chi-square distributed with as
 many degrees of freedom as the state has components, its normalised innovation squared (NIS) with
-as many as were measured. Larger means say that the filter is overconfident, smaller ones that it
-is timid.
+as many as were measured. A filter with larger means is overconfident, one with smaller means
+states more uncertainty than it has.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from echobeam.estimation.gaussian import wrap
+from echobeam.estimation.gaussian import innovation_cov, square_norm, wrap
 from echobeam.values import Array
 
 
-def nees(error: Array, cov: Array, angles: tuple[int, ...] = (0,)) -> Array:
+def nees(error: Array, cov: Array, angles: tuple[int, ...]) -> Array:
     """Return the normalised estimation error squared, e^T P^-1 e, ``(...)``.
 
     Parameters
@@ -22,20 +22,15 @@ def nees(error: Array, cov: Array, angles: tuple[int, ...] = (0,)) -> Array:
     error
         ``(..., S)``: estimate minus truth; NaN gives NaN.
     cov
-        ``(..., S, S)``, positive definite: covariance of the estimate.
+        ``(..., S, S)``: covariance of the estimate. NaN comes back where it is singular to working
+        precision, as where the estimate lies on a curve in the state space.
     angles
         Components of the error that are angles; they are wrapped to (-pi, pi].
     """
-    error = _wrapped(error, angles)
-    scale = np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
-    # The components' units differ by many orders; their correlations do not.
-    correlation = cov / (scale[..., :, None] * scale[..., None, :])
-    return _square_norm(error / scale, correlation)
+    return square_norm(_wrapped(error, angles), cov)
 
 
-def nis(
-    innovation: Array, cov: Array, H: Array, variance: Array, angles: tuple[int, ...] = (0,)
-) -> Array:
+def nis(innovation: Array, cov: Array, H: Array, variance: Array, angles: tuple[int, ...]) -> Array:
     """Return the normalised innovation squared, nu^T (H P H^T + Q_m)^-1 nu, ``(...)``.
 
     Parameters
@@ -53,11 +48,9 @@ def nis(
         Components of the innovation that are angles; they are wrapped to (-pi, pi].
     """
     used = np.isfinite(variance) & np.isfinite(innovation)
-    scale = np.sqrt(np.where(used, variance, 1.0))
-    whitened = _wrapped(np.where(used, innovation, 0.0), angles) / scale
-    rows = np.where(used[..., None], H, 0.0) / scale[..., None]
-    spread = rows @ cov @ np.swapaxes(rows, -1, -2) + np.eye(variance.shape[-1])
-    return _square_norm(whitened, spread)
+    noise = np.where(used, variance, np.inf)
+    difference = _wrapped(np.where(used, innovation, 0.0), angles)
+    return square_norm(difference, innovation_cov(cov, H, noise))
 
 
 def chi_square_band(
@@ -107,10 +100,3 @@ def _wrapped(error: Array, angles: tuple[int, ...]) -> Array:
     for component in angles:
         error[..., component] = wrap(error[..., component])
     return error
-
-
-def _square_norm(error: Array, cov: Array) -> Array:
-    """Return e^T C^-1 e over the batch."""
-    weighted = np.linalg.solve(cov, error[..., None])[..., 0]
-    total: Array = np.sum(error * weighted, axis=-1)
-    return total

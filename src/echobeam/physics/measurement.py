@@ -1,4 +1,4 @@
-"""What the radar measures of a state, without its noise: h(e) of Eq. (17) to Eq. (19)."""
+"""Measurement of a state without noise, h(e) of Eq. (17) to Eq. (19)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from echobeam.values import Array
 def closing_speed(
     theta: npt.ArrayLike, v: Array | float, uav_speed: Array | float, uav_heading: Array | float
 ) -> Array:
-    """Return how fast an object comes nearer: -dd/dt = v^u cos(theta + theta^u) - v cos(theta).
+    """Return the closing speed of an object, -dd/dt = v^u cos(theta + theta^u) - v cos(theta).
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def velocity_from_doppler(
     """Return v = (v^u cos(theta + theta^u) - v^R) / cos(theta), the paper's text to Eq. (18).
 
     v^R = c mu / (2 f_c) is the closing speed: the paper's "radial velocity" with its sign made
-    explicit. Straight under the UAV (90 degrees) the Doppler says nothing of v: the answer is
+    explicit. Straight under the UAV (90 degrees) v is not observable: the result is
     infinite there, or NaN where the numerator is zero as well, and near it noise is multiplied
     by 1 / cos(theta).
 

@@ -18,7 +18,7 @@ from echobeam.values import Array, Transmission
 
 @dataclass(frozen=True, slots=True)
 class VarianceLaw:
-    """Variance of angle, delay and Doppler of an echo, Eqs. (12)-(16), (20)-(23).
+    """Variance of angle, delay and Doppler of an echo, Eqs. (12)-(16), (20)-(23), (41).
 
     Attributes
     ----------

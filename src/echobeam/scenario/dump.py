@@ -1,13 +1,15 @@
-"""Writing a scenario as the complete TOML text that reads back to the same numbers."""
+"""Text of a scenario: the complete TOML file that reads back to the same numbers."""
 
 from __future__ import annotations
 
+import json
+import re
 from typing import Any
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from echobeam.scenario.model import Scenario
+from echobeam.scenario.model import PARAMETERS, Scenario
 from echobeam.units import UNITS, parse_quantity
 
 _PREFERRED = {
@@ -19,6 +21,8 @@ _PREFERRED = {
     "acceleration": ("m/s^2",),
     "rate": ("bit/s/Hz",),
 }
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def dump_scenario(scenario: Scenario) -> str:
@@ -32,9 +36,9 @@ def dump_scenario(scenario: Scenario) -> str:
         elif name == "objects":
             for item in value:
                 lines += ["", f"[[{name}]]", *_assignments(item)]
-    for name in scenario.schemes if parameters else ():
-        lines += ["", f"[schemes.{_quoted(name)}]"]
-        lines += [f"{key} = {_text(value, '')}" for key, value in parameters.get(name, {}).items()]
+    for name, table in parameters.items():
+        lines += ["", f"[schemes.{_key(name)}]"]
+        lines += [f"{_key(key)} = {_text(value, '')}" for key, value in table.items()]
     return "\n".join(lines) + "\n"
 
 
@@ -44,7 +48,7 @@ def _assignments(table: BaseModel, without: tuple[str, ...] = ()) -> list[str]:
         value = getattr(table, name)
         if name in without:
             continue
-        if value is None or isinstance(value, (BaseModel, dict)) or name == "objects":
+        if value is None or isinstance(value, BaseModel) or name in ("objects", PARAMETERS):
             continue
         lines.append(f"{name} = {_text(value, _kind(field))}")
     return lines
@@ -78,8 +82,12 @@ def _quantity(value: float, kind: str) -> str:
 
 
 def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
+    """Return a basic string of TOML: that of JSON, but for the one more character it escapes."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _key(name: str) -> str:
+    return name if _BARE.fullmatch(name) else _quoted(name)
 
 
 def key_texts(table: BaseModel) -> dict[str, str]:

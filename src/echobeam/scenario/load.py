@@ -1,4 +1,4 @@
-"""Loading a scenario: a built-in name or a TOML file, with overrides, all faults at once."""
+"""Loader of scenarios: a built-in name or a TOML file, with overrides, all faults at once."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from echobeam.faults import InputError
@@ -31,7 +32,7 @@ T = TypeVar("T", bound=BaseModel)
 
 
 class ScenarioError(InputError):
-    """A scenario that cannot be used; the message lists every fault with its file and key."""
+    """Fault of a scenario that cannot be used; the message lists all, with file and key."""
 
 
 def preset_text(name: str) -> str:
@@ -65,15 +66,16 @@ def load_scenario(
     ScenarioError
         Names the file and, for every fault, the key, the value and what is accepted.
     """
+    items = _items(overrides)
     if isinstance(source, Scenario):
-        return replaced(source, dict(_items(overrides)))
+        return replaced(source, dict(items))
     text, label, folder = _read(source)
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{label}: not a TOML file: {error}") from error
-    faults = [fault for item in _items(overrides) if (fault := _override(document, *item))]
-    if any(key == "trace.file" for key, _ in _items(overrides)):
+    faults = [fault for item in items if (fault := _override(document, *item))]
+    if any(key == "trace.file" for key, _ in items):
         folder = Path()  # given on the command line: relative to where it was typed
     return validate(document, label, folder, faults)
 
@@ -170,7 +172,7 @@ def with_trace(scenario: Scenario, path: str | Path) -> Scenario:
 
 
 def _ships(name: str) -> bool:
-    """Whether a trace's bare name is that of a trace inside the package."""
+    """Return whether a trace's bare name is that of a trace inside the package."""
     return Path(name).name == name and (_presets() / name).is_file()
 
 
@@ -220,6 +222,7 @@ def read_value(text: str) -> object:
 def _override(document: dict[str, Any], key: str, value: object) -> str | None:
     """Put a value at a dotted key; return the fault if there is no such place."""
     place: Any = document
+    value = value.item() if isinstance(value, np.generic) else value
     *parents, last = key.split(".")
     if parents[:1] == ["schemes"]:
         fault = _as_tables(document, parents[1] if len(parents) > 1 else last)
@@ -247,12 +250,13 @@ def _override(document: dict[str, Any], key: str, value: object) -> str | None:
 
 def _as_tables(document: dict[str, Any], name: str) -> str | None:
     """Turn a list of schemes into tables of their parameters; return the fault, if any."""
-    schemes = document.get("schemes", [])
-    names = list(schemes)
-    if name not in names:
-        return f"schemes.{name}: there is no such scheme in schemes; it has {', '.join(names)}"
+    schemes = document.setdefault("schemes", list(Scenario.model_fields["schemes"].default))
+    if not isinstance(schemes, (list, dict)) or not all(isinstance(each, str) for each in schemes):
+        return f"schemes.{name}: schemes is neither a list of names nor tables"
+    if name not in schemes:
+        return f"schemes.{name}: there is no such scheme in schemes; it has {', '.join(schemes)}"
     if isinstance(schemes, list):
-        document["schemes"] = {each: {} for each in names}
+        document["schemes"] = {each: {} for each in schemes}
     return None
 
 
@@ -264,7 +268,8 @@ def _listed(label: str, faults: Sequence[str]) -> str:
 
 def _fault(error: Any, table: type[BaseModel] = Scenario) -> str:
     """Return one of pydantic's findings as key, value and what is accepted."""
-    key = ".".join(str(part) for part in error["loc"])
+    place = ["schemes" if part == PARAMETERS else str(part) for part in error["loc"]]
+    key = ".".join(place)
     value, kind, context = error["input"], error["type"], error.get("ctx", {})
     if kind == "extra_forbidden":
         return _unknown_key(key, _accepted_keys(error["loc"][:-1], table))
@@ -285,6 +290,7 @@ def _unknown_key(key: str, names: Sequence[str] | None = None) -> str:
 
 _EXPECTED = {
     "model_type": "a table",
+    "dict_type": "a table of the scheme's parameters",
     "string_type": "a text",
     "tuple_type": "a list",
     "int_type": "a whole number",

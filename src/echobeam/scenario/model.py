@@ -1,21 +1,30 @@
-"""The scenario: what is simulated, typed, frozen and validated."""
+"""Scenario: everything that is simulated, typed, frozen and validated."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from echobeam.scenario.quantities import (
     Acceleration,
     Angle,
     Frequency,
+    FrozenMapping,
     Length,
     Number,
     Rate,
     Ripple,
+    SchemeParameters,
     Speed,
     Time,
     ripple_value,
@@ -26,9 +35,6 @@ from echobeam.values import Axis
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 Antennas = Annotated[int, Field(strict=True, ge=1, le=4096)]
 
-
-ParameterValue = bool | int | float | str
-
 PARAMETERS = "scheme_parameters"
 """Field of a scenario that a file has as ``[schemes.NAME]``."""
 
@@ -36,9 +42,21 @@ PARAMETERS = "scheme_parameters"
 class _Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy; values that are replaced are validated, unlike pydantic's own.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            If a value is not accepted.
+        """
+        if not update:
+            return super().model_copy(deep=deep)
+        return type(self).model_validate(self.model_dump() | dict(update))
+
 
 class ArrayTable(_Table):
-    """The UAV's transmit and receive uniform linear arrays, Eq. (4)."""
+    """Transmit and receive uniform linear arrays of the UAV, Eq. (4)."""
 
     n_tx: Antennas = 30
     n_rx: Antennas | None = None
@@ -54,7 +72,7 @@ class ArrayTable(_Table):
 
 
 class RadioTable(_Table):
-    """The communication link, Eqs. (3)-(10)."""
+    """Communication link, Eqs. (3)-(10)."""
 
     carrier: Annotated[Frequency, Field(gt=0)] = 30e9
     power: Annotated[Number, Field(gt=0)] = 1.0
@@ -71,7 +89,7 @@ class RadioTable(_Table):
 
 
 class RadarTable(_Table):
-    """The echo and how well it can be measured, Eqs. (11)-(24)."""
+    """Echo and the accuracy of its measurement, Eqs. (11)-(24)."""
 
     rcs: tuple[Number, Number] = (120.0, 120.0)
     """Complex radar cross-section epsilon: real and imaginary part, Eq. (12)."""
@@ -92,18 +110,28 @@ class RadarTable(_Table):
 
 
 class UavTable(_Table):
-    """The UAV's flight: constant velocity until it levels off at the floor."""
+    """Flight of the UAV: constant velocity until it levels off at the floor."""
 
     height: Annotated[Length, Field(gt=0)] = 100.0
     speed: Annotated[Speed, Field(ge=0)] = 0.0
     heading: Annotated[Angle, Field(ge=-math.pi, le=math.pi)] = -math.pi / 2
     """Angle of the velocity above the horizontal; -90 degrees descends."""
-    floor: Annotated[Length, Field(gt=0)] = 1.0
-    """Height at which a descending UAV levels off."""
+    floor: Annotated[Length, Field(gt=0, validate_default=True)] = 1.0
+    """Height at which a descending UAV levels off; at most the height that it starts at."""
+
+    @field_validator("floor")
+    @classmethod
+    def _check_floor(cls, floor: float, info: ValidationInfo) -> float:
+        height = info.data.get("height", math.inf)
+        if floor > height:
+            raise ValueError(
+                f"{floor:g} m is above uav.height, {height:g} m; expected at most the height"
+            )
+        return floor
 
 
 class ObjectTable(_Table):
-    """One object's start, along the road."""
+    """Start of one object, along the road."""
 
     angle: Annotated[Angle, Field(gt=0, lt=math.pi)]
     velocity: Speed = 0.0
@@ -111,7 +139,7 @@ class ObjectTable(_Table):
 
 
 class FrameTable(_Table):
-    """The frame structure: the first slot of every frame is omnidirectional (or the pilot)."""
+    """Frame structure: the first slot of every frame is omnidirectional (or the pilot)."""
 
     slot: Annotated[Time, Field(gt=0)] = 0.01
     slots_per_frame: Count = 10
@@ -119,7 +147,7 @@ class FrameTable(_Table):
 
 
 class FilterTable(_Table):
-    """The extended Kalman filter, Eqs. (35), (39)-(49)."""
+    """Extended Kalman filter, Eqs. (35), (39)-(49)."""
 
     angle_std: Annotated[Angle, Field(ge=0)] = math.radians(0.02)
     distance_std: Annotated[Length, Field(ge=0)] = 0.2
@@ -132,7 +160,7 @@ class FilterTable(_Table):
 
 
 class CoverageTable(_Table):
-    """What the beam designs ask for, Eqs. (38e), (38f)."""
+    """Requirements of the beam designs, Eqs. (38e), (38f)."""
 
     width: Annotated[Number, Field(ge=0)] = 3.0
     """Half-width l of the covered interval in standard deviations."""
@@ -145,16 +173,19 @@ class CoverageTable(_Table):
     spread: Literal["measurement", "posterior"] = "measurement"
     """sigma_theta of (38f): bound of the last directional measurement, or the prior's own."""
     centre: Literal["predicted", "previous"] = "predicted"
-    """Centre of the cover (38f): the prediction, or the estimate of the slot before, as printed."""
+    """Angle of (38f): the prediction, or the estimate of the slot before, as printed."""
     max_halfwidth: Annotated[Angle, Field(gt=0, le=math.pi / 2)] = math.pi / 4
     """Widest coverage that is asked for when the angle is hardly known."""
 
 
 class TruthTable(_Table):
-    """What nature adds to the kinematic motion."""
+    """Process noise of nature, on top of the kinematic motion."""
 
     process_noise: bool = False
-    """Whether the objects move with process noise."""
+    """Noise on each object's position along the road and on its velocity.
+
+    Of the angle and distance noise the part along the road acts: the UAV's height does not wander.
+    """
     angle_std: Annotated[Angle, Field(ge=0)] | None = None
     distance_std: Annotated[Length, Field(ge=0)] | None = None
     velocity_std: Annotated[Speed, Field(ge=0)] | None = None
@@ -162,7 +193,7 @@ class TruthTable(_Table):
 
 
 class TraceTable(_Table):
-    """Objects that move as a recorded trace says, instead of ``[[objects]]``."""
+    """Trace that moves the objects, instead of ``[[objects]]``."""
 
     file: str
     """SUMO FCD XML or CSV, plain or .gz; relative to the scenario file."""
@@ -178,7 +209,7 @@ class TraceTable(_Table):
 
 
 class Scenario(_Table):
-    """A complete, validated scenario; see the scenario file's reference in the documentation."""
+    """Complete, validated scenario; see the scenario file's reference in the documentation."""
 
     name: Annotated[str, Field(min_length=1)]
     description: str = ""
@@ -195,7 +226,7 @@ class Scenario(_Table):
     coverage: CoverageTable = CoverageTable()
     truth: TruthTable = TruthTable()
     trace: TraceTable | None = None
-    scheme_parameters: dict[str, dict[str, ParameterValue]] = {}
+    scheme_parameters: SchemeParameters = FrozenMapping({})
     """Parameters of schemes, by name; in a file ``[schemes.NAME]`` in place of ``schemes``."""
 
     @model_validator(mode="before")
@@ -205,20 +236,15 @@ class Scenario(_Table):
         if not isinstance(document, Mapping) or not isinstance(document.get("schemes"), Mapping):
             return document
         tables = document["schemes"]
-        faults = [name for name, table in tables.items() if not isinstance(table, Mapping)]
-        if faults:
-            raise ValueError(
-                f"schemes.{faults[0]}: {tables[faults[0]]!r} is not accepted; expected a table of "
-                "the scheme's parameters"
-            )
-        return {**document, "schemes": tuple(tables), "scheme_parameters": dict(tables)}
+        return {**document, "schemes": tuple(tables), PARAMETERS: tables}
 
     @model_validator(mode="after")
-    def _check_flight(self) -> Scenario:
-        if self.uav.floor > self.uav.height:
+    def _check_parameters(self) -> Scenario:
+        """Refuse parameters of schemes that do not run: no file can say so."""
+        if self.scheme_parameters and tuple(self.scheme_parameters) != self.schemes:
             raise ValueError(
-                f"uav.floor: {self.uav.floor:g} m is above uav.height, {self.uav.height:g} m; "
-                "expected a floor that the UAV starts above"
+                f"{PARAMETERS}: for {', '.join(self.scheme_parameters)}; expected all schemes in "
+                f"their order, {', '.join(self.schemes)}"
             )
         return self
 
@@ -253,16 +279,14 @@ class Scenario(_Table):
 
         return dump_scenario(self)
 
-    def model_copy(
-        self, *, update: Mapping[str, Any] | None = None, deep: bool = False
-    ) -> Scenario:
-        """Return a copy; values that are replaced are validated, as everywhere."""
-        if not update:
-            return super().model_copy(deep=deep)
-        return type(self).model_validate(self.model_dump() | dict(update))
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy, see the tables; other schemes do not keep the parameters of the old."""
+        if update and "schemes" in update:
+            update = {PARAMETERS: {}, **update}
+        return super().model_copy(update=update, deep=deep)
 
     def __repr__(self) -> str:
-        """Return what tells the scenario from others, in a line."""
+        """Return a line: name, objects, antennas, slots and schemes."""
         moved = "a trace" if self.trace is not None else f"{len(self.objects)} object(s)"
         return (
             f"<Scenario {self.name}: {moved}, {self.array.n_tx} antennas, {self.n_slots} slots, "
@@ -270,7 +294,7 @@ class Scenario(_Table):
         )
 
     def __str__(self) -> str:
-        """Return what tells the scenario from others, in a line."""
+        """Return the same line."""
         return repr(self)
 
     @property

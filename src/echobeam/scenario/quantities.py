@@ -1,11 +1,13 @@
-"""Field types of a scenario: quantities that are read with their unit and kept in SI."""
+"""Field types of a scenario: quantities in SI that are read with a unit, and parameters."""
 
 from __future__ import annotations
 
+import math
 import re
-from typing import Annotated
+from collections.abc import Iterator, Mapping
+from typing import Annotated, TypeVar
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer
 
 from echobeam.units import QuantityError, parse_quantity
 
@@ -57,3 +59,54 @@ def ripple_value(ripple: float | str, n_tx: int) -> float:
     if isinstance(ripple, str):
         return float(ripple.removesuffix("N_t")) * n_tx
     return ripple
+
+
+V = TypeVar("V")
+
+
+class FrozenMapping(Mapping[str, V]):
+    """Mapping that cannot be changed, can be hashed if its values can, and equals a dict."""
+
+    __slots__ = ("_values",)
+
+    def __init__(self, values: Mapping[str, V]) -> None:
+        self._values = dict(values)
+
+    def __getitem__(self, key: str) -> V:
+        """Return the value of a key."""
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the keys, in their order."""
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        """Return the number of keys."""
+        return len(self._values)
+
+    def __hash__(self) -> int:
+        """Return a hash of the items, whatever their order."""
+        return hash(frozenset(self._values.items()))
+
+    def __repr__(self) -> str:
+        """Return the text of the dict that it equals."""
+        return repr(self._values)
+
+
+def _read_parameter(value: object) -> object:
+    """Accept a value that TOML writes on its own; its scheme checks the rest."""
+    if not isinstance(value, (bool, int, float, str)):
+        raise ValueError(f"{value!r} is not accepted; expected a number, a text, true or false")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError(f"{value!r} is not finite; expected a finite number")
+    return value
+
+
+Parameter = Annotated[bool | int | float | str, BeforeValidator(_read_parameter)]
+
+SchemeParameters = Annotated[
+    Mapping[str, Annotated[Mapping[str, Parameter], AfterValidator(FrozenMapping)]],
+    AfterValidator(FrozenMapping),
+    PlainSerializer(lambda schemes: {name: dict(values) for name, values in schemes.items()}),
+]
+"""Parameters by the name of their scheme, checked for their type alone."""

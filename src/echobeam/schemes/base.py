@@ -93,7 +93,7 @@ class View:
     normals
         Standard normals for a scheme that draws: ``view.normals(shape)`` returns
         ``(T, *shape)``, the same in every run of the seed and for every split of the work. A
-        second call in the same slot repeats the first; ask once for all that is needed.
+        second call repeats the first; the view of an update has draws of its own.
     sent
         The transmission of this slot, when the scheme is asked to update; None before it decided.
     truth

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
@@ -65,11 +65,16 @@ class SlotRecord:
     messages: dict[int, str]
     decision_seconds: float
 
+    @property
+    def phase(self) -> str:
+        """Name of the mode, "mixed" where trials differ."""
+        modes = np.unique(self.mode).tolist()
+        return (Mode(modes[0]) if len(modes) == 1 else Mode.MIXED).name.lower()
+
     def __repr__(self) -> str:
         """Return slot, mode and mean sum rate in one line."""
-        modes = {Mode(int(mode)).name.lower() for mode in np.unique(self.mode)}
         total = float(np.nansum(self.rate, axis=-1).mean())
-        return f"<SlotRecord slot {self.slot}: {' and '.join(sorted(modes))}, {total:.4g} bit/s/Hz>"
+        return f"<SlotRecord slot {self.slot}: {self.phase}, {total:.4g} bit/s/Hz>"
 
 
 def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord]:
@@ -101,7 +106,7 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
         detections = receive(
             echoes, world.identity, predicted, decision.sent, world.scene.law, knowledge
         )
-        view = replace(view, sent=decision.sent)
+        view = replace(view, sent=decision.sent, normals=_normals(world, Use.SCHEME_UPDATE))
         belief = _ask(configured, "update", view, prior, detections, view)
         estimated = _tracks(configured, belief, "update", view)
         yield SlotRecord(
@@ -145,9 +150,14 @@ def _view(world: World, configured: ConfiguredScheme, uav_before: Any, memory: A
         system=configured.system,
         roster=roster,
         memory=memory,
-        normals=partial(trial_normals, world.seed, world.trials, world.slot, Use.SCHEME),
+        normals=_normals(world, Use.SCHEME),
         truth=_true_tracks(world, roster) if configured.scheme.omniscient else None,
     )
+
+
+def _normals(world: World, use: Use) -> Callable[[tuple[int, ...]], Array]:
+    """Return the draws that a scheme may ask for in a slot."""
+    return partial(trial_normals, world.seed, world.trials, world.slot, use)
 
 
 def _true_tracks(world: World, roster: IntArray) -> Tracks:

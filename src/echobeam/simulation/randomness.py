@@ -26,6 +26,7 @@ class Use(IntEnum):
     MEASUREMENT = 1
     PROCESS = 2
     SCHEME = 3
+    SCHEME_UPDATE = 4
 
 
 def object_normals(

@@ -1,4 +1,4 @@
-"""How the filter believes that a state moves from one slot to the next, Eqs. (25)-(35), (42).
+"""Evolution of a state from one slot to the next, Eqs. (25)-(35), (42).
 
 The object moves by II = v DT - v^u cos(theta^u) DT along the road and by I = v^u sin(theta^u) DT
 in depth, relative to the UAV. That is p = I sin(theta) + II cos(theta) along the line of sight and

@@ -9,7 +9,7 @@ import numpy as np
 from echobeam.estimation import gaussian
 from echobeam.tracking.life import living
 from echobeam.tracking.models import MeasurementModel, MotionModel
-from echobeam.values import Array, GaussianState, StateSpace, UavState
+from echobeam.values import Array, BoolArray, GaussianState, StateSpace, UavState
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,18 +22,42 @@ class Update:
         The posterior.
     innovation
         ``(..., K, M)``: measured minus expected, angles wrapped; NaN where not measured.
-    innovation_cov
-        ``(..., K, M, M)``: H P H^T + R of all components; the diagonal is infinite where a
-        component was not measured.
-    log_likelihood
-        ``(..., K)``: logarithm of the density of the measured components given the prior; 0 where
-        nothing was measured.
+    prior_cov, jacobian, variance
+        ``(..., K, S, S)``, ``(..., K, M, S)``, ``(..., K, M)``: P, H and the diagonal of R.
     """
 
     state: GaussianState
     innovation: Array
-    innovation_cov: Array
-    log_likelihood: Array
+    prior_cov: Array
+    jacobian: Array
+    variance: Array
+
+    @property
+    def innovation_cov(self) -> Array:
+        """Covariance of the innovation, H P H^T + R of all components, ``(..., K, M, M)``.
+
+        The diagonal is infinite where a component was not measured; all is NaN for an unknown
+        object. It is computed at each access, so that an update alone does not pay for it.
+        """
+        noise = np.where(self._measured, self.variance, np.inf)
+        return gaussian.innovation_cov(self.prior_cov, self.jacobian, noise)
+
+    @property
+    def log_likelihood(self) -> Array:
+        """Logarithm of the density of the measured components given the prior, ``(..., K)``.
+
+        It is 0 where nothing was measured, and for an unknown object; NaN where the innovation's
+        covariance is singular to working precision. It is computed at each access.
+        """
+        measured = self._measured
+        error = np.where(measured, self.innovation, 0.0)
+        density = gaussian.log_density(error, self.innovation_cov)
+        return np.where(measured.any(axis=-1), density, 0.0)
+
+    @property
+    def _measured(self) -> BoolArray:
+        measured: BoolArray = np.isfinite(self.innovation) & np.isfinite(self.variance)
+        return measured
 
 
 def predict(state: GaussianState, motion: MotionModel, uav: UavState) -> GaussianState:
@@ -91,8 +115,7 @@ def update(
     """
     with np.errstate(all="ignore"):  # unknown objects and infinite values; given up or unused below
         innovation = model.residual(value, model.expected(prior.mean, uav))
-        result = gaussian.update(
-            prior.mean, prior.cov, innovation, model.jacobian(prior.mean, uav), variance
-        )
-    state = living(result.mean, result.cov, prior.known, space)
-    return Update(state, innovation, result.innovation_cov, result.log_likelihood)
+        H = model.jacobian(prior.mean, uav)
+        mean, cov = gaussian.update(prior.mean, prior.cov, innovation, H, variance)
+    state = living(mean, cov, prior.known, space)
+    return Update(state, innovation, prior.cov, H, variance)

@@ -28,7 +28,7 @@ def initial_state(
     Without a prior the measured values are the estimate: theta, d = c tau / 2 and the velocity
     behind the Doppler. Their covariance is MSE_0 = H^-1 Q_m H^-T, the propagated errors of the
     measurement. If the velocity's standard deviation would exceed `VELOCITY_STD_BOUND` (the
-    object is nearly under the UAV, where the Doppler says nothing of v) or no Doppler was
+    object is nearly under the UAV, where v is not observable) or no Doppler was
     measured, the velocity is 0 with that standard deviation and no correlation.
 
     With a weak prior v ~ N(0, velocity_std^2) the Doppler updates that prior, linearised at
@@ -98,7 +98,6 @@ def _use_doppler(
     doppler = slice(2, 3)
     innovation = model.residual(value, model.expected(mean, uav))
     H = model.jacobian(mean, uav)
-    fused = gaussian.update(
+    return gaussian.update(
         mean, cov, innovation[..., doppler], H[..., doppler, :], variance[..., doppler]
     )
-    return fused.mean, fused.cov

@@ -1,4 +1,4 @@
-"""What the filter expects its radar to measure, Eqs. (17)-(19), (24), (43)."""
+"""Expected measurement of a state and its Jacobian, Eqs. (17)-(19), (24), (43)."""
 
 from __future__ import annotations
 

@@ -1,0 +1,112 @@
+"""Scenario as a value: replaced, copied, hashed and shown, never changed or invalid."""
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from echobeam.scenario import BUILT_IN, ScenarioError, load_scenario, validate
+from echobeam.scenario.dump import key_texts
+from echobeam.scenario.load import override_table
+from echobeam.scenario.model import CoverageTable, FilterTable, Scenario
+
+TEXTS = st.text(st.characters(exclude_categories=("Cs",)))
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_replaced_scenario_is_the_overridden_one(name):
+    changes = {"uav.height": "80 m", "array.n_tx": 16, "coverage.ripple": "0.2 N_t"}
+    assert load_scenario(name).replace(changes) == load_scenario(name, changes)
+    assert load_scenario(load_scenario(name), changes) == load_scenario(name, changes)
+    assert load_scenario(name).replace({}) == load_scenario(name)
+
+
+def test_what_replaces_is_validated_like_a_file():
+    scenario = load_scenario("paper-multi")
+    with pytest.raises(ScenarioError, match="2 faults"):
+        scenario.replace({"uav.height": "-5 m", "coverage.riple": 1})
+    with pytest.raises(ValueError, match="greater than 0"):
+        scenario.model_copy(update={"uav": {"height": -5.0}})
+    assert scenario.model_copy(update={"name": "other"}).name == "other"
+    assert scenario.model_copy() == scenario
+
+
+@given(
+    description=TEXTS,
+    height=st.floats(1.0, 1e300),
+    angle=st.floats(0.0, math.pi, exclude_min=True, exclude_max=True),
+    slot=st.floats(0.0, 1e300, exclude_min=True),
+    tables=st.dictionaries(
+        TEXTS.filter(bool),
+        st.dictionaries(TEXTS, st.booleans() | st.integers() | NUMBERS | TEXTS),
+    ),
+)
+def test_any_scenario_reads_back_from_its_text(description, height, angle, slot, tables):
+    scenario = Scenario(
+        name="any",
+        description=description,
+        schemes=tables,
+        uav={"height": height},
+        objects=({"angle": angle},),
+        frame={"slot": slot},
+    )
+    assert validate(tomllib.loads(scenario.to_toml()), "dumped") == scenario
+
+
+def test_a_table_is_copied_with_the_files_own_care():
+    scenario = load_scenario("paper-multi")
+    with pytest.raises(ValueError, match="greater than 0"):
+        scenario.uav.model_copy(update={"height": -5.0})
+    with pytest.raises(ValueError, match="hight"):
+        scenario.model_copy(update={"hight": 3})
+    lower = scenario.uav.model_copy(update={"height": "80 m"})
+    assert scenario.model_copy(update={"uav": lower}) == scenario.replace({"uav.height": 80})
+
+
+def test_numbers_of_numpy_are_numbers():
+    scenario = load_scenario("paper-multi")
+    changed = scenario.replace({"array.n_tx": np.int64(64), "uav.height": np.float32(80)})
+    assert changed == scenario.replace({"array.n_tx": 64, "uav.height": 80.0})
+
+
+def test_a_scenario_introduces_itself_in_a_line():
+    text = repr(load_scenario("paper-multi"))
+    assert text == str(load_scenario("paper-multi"))
+    assert text.startswith("<Scenario paper-multi: 2 object(s), 30 antennas, 10 slots")
+    assert "\n" not in text
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_equal_scenarios_have_one_hash(name):
+    assert hash(load_scenario(name)) == hash(load_scenario(name).replace({}))
+
+
+def test_keys_of_a_table_are_replaced_with_the_files_own_care():
+    coverage = load_scenario("paper-multi").coverage
+    changed = override_table(coverage, {"ripple": "0.5 N_t", "resolution": "1 deg"}, "scheme x")
+    assert (changed.ripple, changed.width) == ("0.5 N_t", coverage.width)
+    assert changed.resolution == pytest.approx(math.radians(1))
+    assert override_table(coverage, {}, "scheme x") is coverage
+    with pytest.raises(ScenarioError) as caught:
+        override_table(coverage, {"ripple": -1, "wdth": 2}, "scheme x")
+    message = str(caught.value)
+    assert message.startswith("scheme x: 2 faults")
+    assert "ripple: -1.0 is negative" in message
+    assert "wdth: unknown key; did you mean 'width'? accepted here: width, ripple" in message
+
+
+@pytest.mark.parametrize("table", [FilterTable(), CoverageTable()])
+def test_the_texts_of_a_tables_keys_give_the_table(table):
+    texts = key_texts(table)
+    assert set(texts) == set(type(table).model_fields)
+    document = tomllib.loads("\n".join(f"{key} = {text}" for key, text in texts.items()))
+    assert type(table)(**document) == table
+
+
+def test_a_scenario_is_frozen():
+    with pytest.raises(ValueError, match="frozen"):
+        load_scenario("paper-multi").name = "other"
