@@ -6,13 +6,15 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from echobeam.physics import link
 from echobeam.physics.array import LinearArray
 from echobeam.physics.bounds import effective_variance
+from echobeam.physics.geometry import along_road, along_road_variance
 from echobeam.physics.link import rate
 from echobeam.physics.measurement import measure, velocity_from_doppler
 from echobeam.physics.motion import initial_distance
-from echobeam.physics.transmission import directional, omni, radiated_power
-from echobeam.values import Transmission
+from echobeam.physics.transmission import choose, directional, omni, pilot, radiated_power
+from echobeam.values import NOBODY, Transmission
 
 from ..forms import (
     echo_snr,
@@ -136,6 +138,51 @@ def test_power_and_noise_matter_only_by_their_ratio(seed, k, n, factor):
     assert np.all(rate(reference) >= 0.0)
 
 
+@given(seeds, st.integers(1, 4), sizes, antennas, axes, st.data())
+def test_order_and_division_of_streams_do_not_matter(seed, k, c, n, axis, data):
+    sent, _, _ = scene(seed, 1, c, n)
+    sent = cut(sent, 0)
+    _, theta, d = scene(seed, 1, k, n)
+    addressee = np.array(data.draw(st.lists(st.integers(NOBODY, k - 1), min_size=c, max_size=c)))
+    array = LinearArray(n, axis=axis)
+
+    def quality(part, whose):
+        own = whose == np.arange(k)[:, None] if c else np.zeros((k, 0), dtype=bool)
+        return link.sinr(part, own, theta[0], link.channel_loss(d[0], 1.0), array)
+
+    reference = quality(sent, addressee)
+    order = np.array(data.draw(st.permutations(range(c))), dtype=int)
+    shuffled = Transmission(sent.beams[order], sent.antenna_power[order], sent.probing)
+    np.testing.assert_allclose(quality(shuffled, addressee[order]), reference, rtol=1e-10)
+    share = data.draw(st.floats(0.0, 1.0))
+    parts = [np.sqrt(share) * sent.beams, np.sqrt(1 - share) * sent.beams]
+    powers = [share * sent.antenna_power, (1 - share) * sent.antenna_power]
+    divided = Transmission(np.concatenate(parts), np.concatenate(powers), sent.probing)
+    twice = np.concatenate([addressee, addressee])
+    np.testing.assert_allclose(quality(divided, twice), reference, rtol=1e-10)
+    silent = [0 * sent.beams, 0 * sent.antenna_power]
+    padded = Transmission(
+        np.concatenate([sent.beams, silent[0]]),
+        np.concatenate([sent.antenna_power, silent[1]]),
+        sent.probing,
+    )
+    nobody = np.concatenate([addressee, np.full(c, NOBODY)])
+    np.testing.assert_allclose(quality(padded, nobody), reference, rtol=1e-10)
+
+
+@given(seeds, st.integers(1, 4), antennas, axes, st.lists(st.booleans(), min_size=5, max_size=5))
+def test_each_trial_of_a_choice_has_the_physics_of_its_own_mode(seed, k, n, axis, mask):
+    sent, theta, d = scene(seed, 5, k, n)
+    silent = pilot(np.ones((5, k), dtype=bool), 1.0, n)
+    mixed = everything(choose(np.array(mask), silent, sent), theta, d, axis)
+    expected = np.where(
+        np.array(mask)[:, None, None],
+        everything(silent, theta, d, axis),
+        everything(sent, theta, d, axis),
+    )
+    np.testing.assert_array_equal(mixed, expected)
+
+
 @given(seeds, antennas, angles)
 def test_antennas_apart_never_give_more_aperture_than_their_two_ends(seed, n, theta):
     # the weighted variance of positions 0 .. n - 1 is at most ((n - 1) / 2)^2 (Popoviciu)
@@ -186,6 +233,23 @@ def test_two_half_slots_are_one_slot(state, acceleration, speed, heading):
     half = move_object(*state, acceleration, speed, heading, 0.02)
     twice = move_object(*half, acceleration, speed, heading, 0.02)
     np.testing.assert_allclose(twice, whole, rtol=1e-12, atol=1e-12)
+
+
+deviations = st.floats(1e-4, 0.2), st.floats(1e-3, 5.0)
+
+
+@given(states, *deviations)
+def test_noise_along_the_road_is_less_than_the_noise_it_comes_from(state, angle_std, distance_std):
+    stds, here = (angle_std, distance_std), np.array(state)
+    variance = float(along_road_variance(here, stds))
+    theta, d, _ = state
+    free = (np.cos(theta) * distance_std) ** 2 + (d * np.sin(theta) * angle_std) ** 2
+    assert 0.0 < variance <= free * (1 + 1e-9)
+    parts = np.array([along_road(here, unit, stds) for unit in np.eye(2)]) * stds
+    # what distance and angle say of the place along the road adds up as information
+    information = (np.cos(theta) / distance_std) ** 2 + (np.sin(theta) / (d * angle_std)) ** 2
+    np.testing.assert_allclose(variance * information, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(np.sum(parts**2), variance, rtol=1e-12)
 
 
 @given(states, flights)

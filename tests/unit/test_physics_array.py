@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import cmath
 import math
+import pickle
 
 import numpy as np
 import pytest
 
+from echobeam.faults import InputError
 from echobeam.physics.angles import exact_cosine, exact_sine
-from echobeam.physics.array import LinearArray
+from echobeam.physics.array import ArrayError, LinearArray
 
 ANGLES = np.radians([0.0, 10.0, 45.0, 75.0, 90.0, 135.0, 180.0])
 
@@ -96,13 +98,72 @@ def test_response_is_the_product_with_the_steering_vector(n, axis):
     theta = rng.uniform(-np.pi, np.pi, (2, 3, 5))
     steering = LinearArray(n, 0.7, axis).steering(theta)
     expected = np.einsum("...jn,...n->...j", np.conj(steering), beams)
-    response = LinearArray(beams.shape[-1], 0.7, axis).response(beams, theta)
+    response = LinearArray(n, 0.7, axis).response(beams, theta)
     np.testing.assert_allclose(response, expected, rtol=0, atol=1e-13 * n)
 
 
 def test_response_is_not_a_number_where_the_direction_is_not():
-    response = LinearArray(np.ones(4, dtype=complex).shape[-1]).response(
-        np.ones(4, dtype=complex), np.array([0.5, np.nan])
-    )
+    response = LinearArray(4).response(np.ones(4, dtype=complex), np.array([0.5, np.nan]))
     assert np.isfinite(response[0])
     assert np.isnan(response[1])
+
+
+@pytest.mark.parametrize(("axis", "project"), [("vertical", np.sin), ("horizontal", np.cos)])
+def test_phase_is_the_step_from_one_element_to_the_next(axis, project):
+    array = LinearArray(4, 0.3, axis)
+    expected = 2 * np.pi * 0.3 * project(ANGLES)
+    np.testing.assert_allclose(array.phase(ANGLES), expected, rtol=1e-15, atol=1e-16)
+    np.testing.assert_array_equal(array.frequency(ANGLES), project(ANGLES))
+    steps = array.steering(ANGLES)[:, 1:] / array.steering(ANGLES)[:, :-1]
+    np.testing.assert_allclose(steps, np.exp(1j * expected)[:, None] * np.ones(3), rtol=1e-14)
+
+
+@pytest.mark.parametrize("axis", ["vertical", "horizontal"])
+def test_slope_is_the_complex_step_of_the_frequency(axis):
+    project = np.sin if axis == "vertical" else np.cos
+    expected = project(ANGLES + 1e-30j).imag / 1e-30
+    np.testing.assert_allclose(LinearArray(2, axis=axis).slope(ANGLES), expected, atol=2e-16)
+
+
+@pytest.mark.parametrize("n", [0, -3, 2.5, 4.0, True, "4", None, np.float64(3.0)])
+def test_number_of_elements_is_a_whole_number_from_one(n):
+    with pytest.raises(ArrayError) as fault:
+        LinearArray(n)
+    assert str(fault.value) == f"n must be a whole number from 1, not {n!r}"
+
+
+@pytest.mark.parametrize("spacing", [0, 0.0, -0.5, math.nan, math.inf, -math.inf, "x", None, 1j])
+def test_spacing_is_a_positive_number(spacing):
+    with pytest.raises(ArrayError) as fault:
+        LinearArray(4, spacing)
+    assert str(fault.value) == f"spacing must be a positive number of wavelengths, not {spacing!r}"
+
+
+@pytest.mark.parametrize("axis", ["up", "Vertical", "", None, 1])
+def test_axis_is_one_of_two(axis):
+    with pytest.raises(ArrayError) as fault:
+        LinearArray(4, axis=axis)
+    assert str(fault.value) == f"axis must be 'vertical' or 'horizontal', not {axis!r}"
+
+
+def test_every_fault_of_an_array_is_reported_together():
+    with pytest.raises(InputError) as fault:
+        LinearArray(0, math.nan, "up")
+    said = str(fault.value).split("; ")
+    assert [part.split()[0] for part in said] == ["n", "spacing", "axis"]
+    assert all(part.endswith(value) for part, value in zip(said, ["0", "nan", "'up'"], strict=True))
+
+
+@pytest.mark.parametrize("n", [1, np.int64(1), np.uint8(1)])
+def test_smallest_array_and_numpys_whole_numbers_are_accepted(n):
+    assert LinearArray(n, np.float64(1e-9)).steering(0.3).shape == (1,)
+
+
+def test_arrays_are_values_that_can_be_compared_hashed_and_pickled():
+    array = LinearArray(8, 0.4, "horizontal")
+    assert len({array, LinearArray(8, 0.4, "horizontal"), LinearArray(np.int64(8), 0.4)}) == 2
+    assert array not in {LinearArray(9, 0.4, "horizontal"), LinearArray(8, 0.5, "horizontal")}
+    copy = pickle.loads(pickle.dumps(array))
+    assert copy == array
+    assert hash(copy) == hash(array)
+    np.testing.assert_array_equal(copy.steering(ANGLES), array.steering(ANGLES))

@@ -96,3 +96,20 @@ def test_absent_objects_get_nan_alone_and_none_at_all_an_empty_answer():
     assert np.isnan(snr[1])
     empty = np.zeros((3, 0))
     assert echo_snr(omni(empty > 0, 1.0, 4), empty, empty, **RADAR).shape == (3, 0)
+
+
+@pytest.mark.parametrize("streams", [0, 1])
+def test_absent_objects_get_nan_even_without_streams(streams):
+    sent = omni(np.zeros(streams, dtype=bool), 3.0, 4)
+    lit = illumination(sent, np.array([np.nan, 0.8]))
+    assert np.isnan(lit[0])
+    assert lit[1] == pytest.approx(3.0, rel=1e-14)
+
+
+def test_number_of_streams_is_free_of_the_number_of_objects():
+    rng = np.random.default_rng(9)
+    beams = rng.normal(size=(5, 4)) + 1j * rng.normal(size=(5, 4))
+    theta = np.array([0.4, 2.0])
+    a = LinearArray(4).steering(theta)
+    expected = np.einsum("kn,cn,cm,km->k", a.conj(), beams, beams.conj(), a).real
+    np.testing.assert_allclose(illumination(directional(beams), theta), expected, rtol=1e-13)

@@ -7,9 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from echobeam.physics.link import rate
+from echobeam.physics import link
+from echobeam.physics.array import LinearArray
+from echobeam.physics.link import channel_loss, rate
 from echobeam.physics.transmission import directional, omni
-from echobeam.values import Transmission
+from echobeam.values import NOBODY, Transmission
 
 from ..forms import channel, sinr, stream_gains
 
@@ -96,7 +98,7 @@ def test_absent_objects_get_nan_and_do_not_touch_the_others():
     assert np.isnan(stream_gains(sent, theta)[1]).all()
 
 
-def test_two_objects_of_the_same_sine_cannot_both_be_heard():
+def test_two_objects_of_the_same_sine_share_an_sinr_product_of_one():
     theta, d = np.array([0.8, np.pi - 0.8]), np.array([100.0, 100.0])
     rng = np.random.default_rng(5)
     beams = 1e4 * (rng.normal(size=(200, 2, 8)) + 1j * rng.normal(size=(200, 2, 8)))
@@ -136,3 +138,96 @@ def test_rate_keeps_its_digits_at_the_papers_powers():
     np.testing.assert_allclose(rate([0.0, 1.0, 3.0, 1023.0]), [0, 1, 2, 10], rtol=1e-15)
     assert np.isnan(rate(np.nan))
     assert rate(np.inf) == np.inf
+
+
+def test_loss_is_noise_over_path_gain():
+    h = channel(1.2, 80.0, 1, wavelength=0.01, alpha0=1.7)
+    expected = 0.3 / np.linalg.norm(h) ** 2
+    assert channel_loss(80.0, 0.3, 1.7) == pytest.approx(expected, rel=1e-14)
+    np.testing.assert_array_equal(channel_loss([0.0, np.nan], 0.3), [0.0, np.nan])
+
+
+def addressed(addressee, k):
+    """Which of the streams are for each of k objects."""
+    return np.asarray(addressee)[..., np.newaxis, :] == np.arange(k)[:, np.newaxis]
+
+
+def explicit_sinr(sent, addressee, theta, loss, array):
+    """SINR of each object, stream by stream and with matrices, for one trial."""
+    answer = []
+    for k, (angle, lost) in enumerate(zip(theta, loss, strict=True)):
+        a = array.steering(angle)
+        signal, other = 0.0, (a.conj() @ np.diag(sent.probing) @ a).real + lost
+        for c, whose in enumerate(addressee):
+            w = np.outer(sent.beams[c], sent.beams[c].conj()) + np.diag(sent.antenna_power[c])
+            power = (a.conj() @ w @ a).real
+            signal, other = (signal + power, other) if whose == k else (signal, other + power)
+        answer.append(signal / other)
+    return np.array(answer)
+
+
+@pytest.mark.parametrize(
+    "addressee",
+    [
+        [2, 0, 1],  # out of order
+        [NOBODY, 1, NOBODY, 0, 2],  # more streams than objects, two of them for nobody
+        [1],  # fewer streams than objects
+        [0, 2, 0, 0],  # several streams for one object, none for another
+        [NOBODY, NOBODY],
+        [],
+    ],
+)
+@pytest.mark.parametrize("axis", ["vertical", "horizontal"])
+def test_sinr_follows_the_addressee_of_each_stream(addressee, axis):
+    rng = np.random.default_rng(11)
+    theta, loss = rng.uniform(0.2, 2.9, 3), rng.uniform(0.5, 5.0, 3)
+    array = LinearArray(6, 0.4, axis)
+    sent = random_transmission(rng, len(addressee), 6)
+    expected = explicit_sinr(sent, addressee, theta, loss, array)
+    actual = link.sinr(sent, addressed(addressee, 3), theta, loss, array)
+    np.testing.assert_allclose(actual, expected, rtol=1e-12)
+    np.testing.assert_array_equal(actual == 0.0, ~np.isin(np.arange(3), addressee))
+
+
+def test_addressees_may_differ_between_trials():
+    rng = np.random.default_rng(12)
+    array, addressee = LinearArray(4), np.array([[1, 0, NOBODY], [0, NOBODY, 1], [1, 1, 0]])
+    theta, loss = rng.uniform(0.2, 2.9, (3, 2)), rng.uniform(0.5, 5.0, (3, 2))
+    beams = rng.normal(size=(3, 3, 4)) + 1j * rng.normal(size=(3, 3, 4))
+    sent = Transmission(beams, rng.random((3, 3, 4)), rng.random((3, 4)))
+    together = link.sinr(sent, addressed(addressee, 2), theta, loss, array)
+    for trial in range(3):
+        one = Transmission(beams[trial], sent.antenna_power[trial], sent.probing[trial])
+        expected = explicit_sinr(one, addressee[trial], theta[trial], loss[trial], array)
+        np.testing.assert_allclose(together[trial], expected, rtol=1e-12)
+
+
+def test_two_streams_for_one_object_add_up_to_one_of_their_power():
+    w, array = np.array([0.3, 0.4j, -1.0]), LinearArray(3)
+    theta, loss = np.array([1.0, 0.4]), np.array([2.0, 3.0])
+    single = link.sinr(directional(w[None]), addressed([0], 2), theta, loss, array)
+    halves = directional(np.stack([0.6 * w, 0.8 * w]))
+    pair = link.sinr(halves, addressed([0, 0], 2), theta, loss, array)
+    np.testing.assert_allclose(pair, single, rtol=1e-14)
+    apart = link.sinr(halves, addressed([0, 1], 2), theta, loss, array)
+    assert apart[0] < 0.6 * single[0]  # the other half is interference now
+
+
+def test_weak_interference_is_not_lost_beside_a_strong_signal():
+    beams = np.array([[1e9, 0.0], [0.0, 1e-3]], dtype=complex)  # powers 1e18 and 1e-6
+    alone = link.sinr(
+        directional(beams), addressed([0, NOBODY], 1), np.array([0.0]), np.zeros(1), LinearArray(2)
+    )
+    assert alone[0] == pytest.approx(1e24, rel=1e-14)
+
+
+@pytest.mark.parametrize("streams", [0, 2])
+def test_absent_objects_get_nan_even_without_streams(streams):
+    sent = omni(np.zeros((3, streams), dtype=bool), 2.0, 4)  # probing alone
+    theta, loss = np.array([[0.3, np.nan]] * 3), np.array([1.0, np.nan])
+    own = np.zeros((3, 2, streams), dtype=bool)
+    actual = link.sinr(sent, own, theta, loss, LinearArray(4))
+    np.testing.assert_array_equal(actual, [[0.0, np.nan]] * 3)
+    known_loss = link.sinr(sent, own, theta, np.ones(2), LinearArray(4))
+    np.testing.assert_array_equal(known_loss, [[0.0, np.nan]] * 3)
+    assert link.stream_gains(sent, theta, LinearArray(4)).shape == (3, 2, streams)

@@ -1,20 +1,38 @@
-"""Motion against positions in the plane, symbolic geometry and the flight's own bookkeeping."""
+"""Motion against positions in the plane, symbolic geometry and closed forms of the flight."""
 
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
 import sympy
 
+from echobeam.physics.angles import exact_cosine, exact_sine
+from echobeam.physics.geometry import polar_state
 from echobeam.physics.measurement import closing_speed
-from echobeam.physics.motion import MIN_HEIGHT, Flight, initial_distance
+from echobeam.physics.motion import MIN_HEIGHT, Flight, initial_distance, move_along_road
 
-from ..forms import move_object, uav_path
+from ..forms import uav_path
 
 DOWN = -np.pi / 2
+
+
+def move_object(theta, d, v, acceleration, speed, heading, dt):
+    """Angle, distance and velocity one slot later, in ground coordinates between.
+
+    The UAV starts at the origin and the objects below it, so that one flight serves objects of
+    any angle and distance.
+    """
+    theta, d, v, acceleration = np.broadcast_arrays(*map(np.asarray, (theta, d, v, acceleration)))
+    uav = Flight(0.0, speed, heading, dt, floor=-np.inf).at(1)
+    x, faster = move_along_road(d * exact_cosine(theta), v, acceleration, dt)
+    across = np.zeros(x.shape)
+    position = np.stack([x, across, -d * exact_sine(theta)], axis=-1)
+    seen = polar_state(position, np.stack([faster, across, across], axis=-1), uav)
+    return tuple(np.moveaxis(seen, -1, 0))
 
 
 def test_sinking_flight_levels_off_exactly_at_the_floor():
@@ -45,8 +63,10 @@ def test_undisturbed_flight_has_the_given_velocity_to_the_bit():
 @pytest.mark.parametrize("heading", [0.0, np.pi, np.pi / 2, 0.3])
 def test_level_and_climbing_flights_never_meet_the_floor(heading):
     path = uav_path(60.0, 15.0, heading, 0.05, 40)
-    np.testing.assert_allclose(path.speed, 15.0, rtol=1e-15)
+    np.testing.assert_allclose(path.speed, 15.0, rtol=1e-15)  # of a velocity: one rounding
     np.testing.assert_allclose(path.heading, heading, rtol=1e-15)
+    velocity = np.array([Flight(60.0, 15.0, heading, 0.05).at(n).velocity for n in range(40)])
+    np.testing.assert_array_equal(velocity, velocity[0] * np.ones((40, 1)))
     np.testing.assert_allclose(
         path.height, 60 + 15 * math.sin(heading) * 0.05 * np.arange(40), rtol=1e-14
     )
@@ -67,6 +87,49 @@ def test_flight_is_frozen():
     flight = Flight(100.0, 15.0, DOWN, 0.01)
     with pytest.raises(FrozenInstanceError):
         flight.height = 5.0
+    assert pickle.loads(pickle.dumps(flight)) == flight
+
+
+def test_flight_is_in_the_roads_vertical_plane_and_starts_above_the_origin():
+    flight = Flight(80.0, 12.0, math.radians(-20), 0.05)
+    start = flight.at(0)
+    np.testing.assert_array_equal(start.position, [0.0, 0.0, 80.0])
+    turned = math.radians(-20)
+    expected = [12 * math.cos(turned), 0.0, 12 * math.sin(turned)]
+    np.testing.assert_allclose(start.velocity, expected, rtol=1e-15)
+    for slot in (1, 7, 300):
+        later = flight.at(slot)
+        assert later.position[1] == later.velocity[1] == 0.0
+        along = 12 * math.cos(turned) * 0.05 * slot
+        below = max(80 + 12 * math.sin(turned) * 0.05 * slot, MIN_HEIGHT)
+        np.testing.assert_allclose(later.position, [along, 0.0, below], rtol=1e-14)
+
+
+@pytest.mark.parametrize("heading", [-np.pi / 2, -2.0, -0.4, 0.0, 0.4, np.pi / 2])
+def test_velocity_leads_from_each_slot_exactly_to_the_next(heading):
+    flight = Flight(3.0, 9.0, heading, 0.1, floor=1.5)
+    for slot in range(12):
+        here, there = flight.at(slot), flight.at(slot + 1)
+        reached = here.position + 0.1 * here.velocity
+        np.testing.assert_allclose(reached, there.position, rtol=1e-14, atol=1e-14)
+
+
+def test_a_slot_far_ahead_needs_no_slots_before_it():
+    far = Flight(100.0, 15.0, math.radians(-60), 0.01).at(10**7)
+    np.testing.assert_allclose(far.position, [7.5e5, 0.0, MIN_HEIGHT], rtol=1e-13)
+    np.testing.assert_allclose(far.velocity, [7.5, 0.0, 0.0], rtol=1e-15)
+    assert far.heading == 0.0
+
+
+def test_object_moves_by_constant_acceleration_along_the_road():
+    x, v = np.array([3.0, -40.0, np.nan]), np.array([[10.0, -5.0, np.nan], [0.0, 30.0, 1.0]])
+    acceleration = np.array([-5.0, 2.0, 0.0])
+    moved, faster = move_along_road(x, v, acceleration, 0.2)
+    np.testing.assert_allclose(moved[:, :2], [[4.9, -40.96], [2.9, -33.96]], rtol=1e-14)
+    np.testing.assert_allclose(faster[:, :2], [[9.0, -4.6], [-1.0, 30.4]], rtol=1e-14)
+    assert np.isnan(moved[:, 2]).all()
+    twice = move_along_road(*move_along_road(x, v, acceleration, 0.1), acceleration, 0.1)
+    np.testing.assert_allclose(twice, (moved, faster), rtol=1e-14)
 
 
 def test_motion_satisfies_the_papers_distance_equation():
@@ -133,10 +196,12 @@ def test_object_on_the_road_stays_on_it_while_the_uav_sinks_to_the_floor():
     path = uav_path(100.0, 15.0, math.radians(-80), dt, n)
     theta = np.radians([60.0, 135.0])
     d, v = initial_distance(theta, 100.0), np.array([30.0, -3.0])
+    flight = Flight(100.0, 15.0, math.radians(-80), dt)
+    road = d * np.cos(theta)
     for slot in range(n - 1):
-        theta, d, v = move_object(
-            theta, d, v, np.array([-5.0, 1.0]), path.speed[slot], path.heading[slot], dt
-        )
+        road, v = move_along_road(road, v, np.array([-5.0, 1.0]), dt)
+        ground = np.stack([road, 0 * road, 0 * road], axis=-1)
+        theta, d, _ = polar_state(ground, ground, flight.at(slot + 1)).T
         np.testing.assert_allclose(d * np.sin(theta), path.height[slot + 1], rtol=1e-11)
     t = (n - 1) * dt
     x = 100 / np.tan(np.radians([60.0, 135.0])) + np.array([30.0, -3.0]) * t
@@ -161,6 +226,8 @@ def test_absent_objects_stay_nan_and_leave_the_others():
     for both, one in zip(moved, alone, strict=True):
         assert np.isnan(both[1])
         assert both[0] == one
+    empty = np.zeros((2, 0))
+    assert move_object(empty, empty, empty, 0.0, 15.0, -1.0, 0.01)[0].shape == (2, 0)
 
 
 def test_initial_distance_is_the_hypotenuse():

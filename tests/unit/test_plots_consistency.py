@@ -32,6 +32,10 @@ def line_of(axes, name):
     return found[0].get_ydata() if found else None
 
 
+def line_colour(axes, name):
+    return next(line.get_color() for line in axes.get_lines() if line.get_label() == name)
+
+
 def band_of(axes):
     """Return the limits of a panel's grey band at each slot's centre."""
     (grey,) = [c for c in axes.collections if np.allclose(c.get_facecolor()[0][:3], 0.78)]
@@ -80,6 +84,22 @@ def test_the_share_inside_is_held_against_what_three_sigma_promise(result):
     drawn = line_of(axes, "temporal")
     assert np.isnan(drawn[[0, 10]]).all()  # omnidirectional slots cover everything
     assert line_of(axes, "water-filling") is None  # it covers nothing
+
+
+def test_variants_of_other_widths_are_each_held_against_their_own_promise():
+    names = ["temporal", "temporal:width=1", "temporal:width=2"]
+    result = build_result(names, trials=10)
+    result.attrs["scenario"] = eb.load_scenario("paper-multi").to_toml()
+    axes = consistency.draw(result).axes[INSIDE]
+    assert axes.get_title() == "Inside the cover (%)"
+    promised = [line for line in axes.get_lines() if line.get_label().startswith("_")]
+    expected = 100 * (2 * stats.norm.cdf([3, 1, 2]) - 1)
+    np.testing.assert_allclose([line.get_ydata()[0] for line in promised], expected)
+    colours = [line_colour(axes, name) for name in names]
+    assert [line.get_color() for line in promised] == colours
+    assert axes.get_ylim()[0] < expected.min()
+    alone = consistency.draw(result.sel(scheme=["temporal:width=2"])).axes[INSIDE]
+    assert alone.get_title() == "Inside ±2σ (%)"
 
 
 def test_innovations_have_gaps_where_known_objects_are_not_measured(result):

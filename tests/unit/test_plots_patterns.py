@@ -174,6 +174,29 @@ def test_the_first_directional_scheme_is_drawn_where_there_is_no_temporal_one():
     assert "omni" in patterns.draw(build_result(schemes=("omni",))).get_suptitle()
 
 
+def test_a_variant_of_temporal_is_drawn_before_other_directional_schemes():
+    result = build_result(schemes=("pilot", "temporal:ripple=5", "temporal:ripple=1"))
+    assert "temporal:ripple=5" in patterns.draw(result).get_suptitle()
+
+
+def test_the_mode_of_the_trial_decides_and_not_that_of_the_others():
+    result = build_result(trials=2)
+    result["mode"].loc[{"scheme": "temporal", "slot": 4, "trial": 1}] = 0
+    result["beam"].loc[{"scheme": "temporal", "slot": 4, "trial": 1}] = np.nan
+    result["phase"].loc[{"scheme": "temporal", "slot": 4}] = "mixed"
+    assert "slot 4" in panels_of(patterns.draw(result, trial=0, slots=[4]))
+    assert "slot 4 (omni)" in panels_of(patterns.draw(result, trial=1, slots=[4]))
+
+
+def test_the_legend_names_a_cover_only_where_one_is_drawn():
+    def named(**arguments):
+        (legend,) = patterns.draw(build_result(**arguments), slots=[6]).legends
+        return any(text.get_text().startswith("covered") for text in legend.get_texts())
+
+    assert named()
+    assert not named(schemes=("water-filling",))
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

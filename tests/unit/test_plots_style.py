@@ -66,6 +66,27 @@ def test_any_number_of_users_schemes_gets_a_look():
     assert len(style.scheme_looks([f"mine-{i}" for i in range(50)])) == 50
 
 
+def test_variants_take_colours_that_the_schemes_beside_them_leave_free():
+    names = ["temporal:ripple=1", "temporal", "temporal:ripple=5", "pilot", "genie"]
+    looks = style.scheme_looks(names)
+    assert looks["temporal"] == style.SCHEME_LOOKS["temporal"]
+    for feature in ("colour", "marker", "line"):
+        assert len({getattr(looks[name], feature) for name in names}) == len(names)
+
+
+def test_forty_variants_are_all_told_apart():
+    looks = style.scheme_looks(["temporal", *(f"temporal:ripple={i}" for i in range(40))])
+    assert len({(look.colour, look.marker) for look in looks.values()}) == 41
+
+
+def test_names_are_wrapped_after_commas_and_lose_nothing():
+    name = "temporal:velocity_prior=30 m/s,angle_std=0.5 deg,width=2"
+    lines = style.wrap_name(name, 32).split("\n")
+    assert lines == ["temporal:velocity_prior=30 m/s,", "angle_std=0.5 deg,width=2"]
+    assert style.wrap_name("x" * 70, 32).split("\n") == ["x" * 32, "x" * 32, "x" * 6]
+    assert style.wrap_name("temporal", 32) == "temporal"
+
+
 def test_objects_differ():
     looks = [style.object_look(k) for k in range(style.MAX_OBJECTS)]
     assert len({look.colour for look in looks}) == len({look.marker for look in looks}) == 8

@@ -100,6 +100,18 @@ def test_no_filter_beats_the_posterior_bound():
     assert np.isnan(bound.sel(scheme="pilot-needle").values).all()
 
 
+def test_a_prediction_has_no_bound():
+    """Dead reckoning measures in the first slot of a frame; what follows is no measurement's."""
+    scenario = eb.load_scenario("paper-multi", {"frame.frames": 2, "coverage.min_rate": 0.0})
+    run = eb.simulate(scenario, ["pilot-predict", "omni"], trials=4, seed=4)
+    bound = with_bound(run, scenario)["bound"]
+    found = np.isfinite(bound.sel(scheme="pilot-predict").values).all(axis=(1, 2))
+    assert (np.flatnonzero(found) == [0, 10]).all()
+    assert np.isfinite(bound.sel(scheme="omni").values).all()
+    ratio = summarise(run, scenario)["pilot-predict"].angle_over_bound
+    np.testing.assert_array_equal(np.isfinite(ratio), found)
+
+
 def test_errors_over_the_bound_are_errors_over_the_bound(result):
     """Against the two curves of the tracking picture, which share the weights of the objects."""
     figures = summarise(result, SCENARIO)

@@ -19,10 +19,10 @@ from echobeam.tracking.evolution import Evolution
 from echobeam.tracking.filter import predict, update
 from echobeam.tracking.models import MeasurementModel, MotionModel
 from echobeam.tracking.polar import PolarMeasurement, PolarMotion
-from echobeam.tracking.road import RoadMeasurement, RoadMotion
 from echobeam.values import GaussianState, StateSpace, UavState
 
 from ..forms import flying
+from ..road import RoadMeasurement, RoadMotion
 
 UAV = flying(15.0, -np.pi / 2)
 PLANE = StateSpace(

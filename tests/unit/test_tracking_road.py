@@ -12,10 +12,10 @@ from echobeam.estimation.consistency import chi_square_band, nees
 from echobeam.estimation.gaussian import square_norm
 from echobeam.tracking.filter import predict, update
 from echobeam.tracking.polar import PolarMotion
-from echobeam.tracking.road import ROAD, RoadMeasurement, RoadMotion, polar_mean, to_polar
 from echobeam.values import GaussianState, UavState
 
 from ..forms import flying
+from ..road import ROAD, RoadMeasurement, RoadMotion, polar_mean, to_polar
 
 C = 299_792_458.0
 CARRIER = 30e9

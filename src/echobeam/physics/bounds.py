@@ -114,8 +114,8 @@ def effective_variance(variance: Array, snr: npt.ArrayLike) -> Array:
     snr
         ``(..., K)``: echo SNR.
     """
-    heard = np.asarray(snr, dtype=np.float64)[..., np.newaxis] > 0.0
-    return np.where(heard & np.isfinite(variance), variance, np.inf)
+    echo = np.asarray(snr, dtype=np.float64)[..., np.newaxis] > 0.0
+    return np.where(echo & np.isfinite(variance), variance, np.inf)
 
 
 def square_aperture(theta: npt.ArrayLike, array: LinearArray) -> Array:

@@ -45,7 +45,7 @@ def along_road(state: Array, noise: Array, stds: tuple[float, float]) -> Array:
     Parameters
     ----------
     state
-        ``(..., 3)`` rad, m, m/s: where the object is.
+        ``(..., 3)`` rad, m, m/s: where the object is; NaN for absent objects, who get NaN.
     noise
         ``(..., 2)`` rad, m: independent eta_theta and eta_d of Eq. (35).
     stds
@@ -54,12 +54,11 @@ def along_road(state: Array, noise: Array, stds: tuple[float, float]) -> Array:
     theta, d = state[..., _ANGLE], state[..., _DISTANCE]
     sin, cos = np.sin(theta), np.cos(theta)
     tangential, radial = d * noise[..., 0], noise[..., 1]
-    x, z = cos * radial - sin * tangential, -sin * radial - cos * tangential
     across, along = (d * stds[0]) ** 2, stds[1] ** 2
     height = along * sin**2 + across * cos**2
-    slope = sin * cos * (across - along) / np.where(height > 0.0, height, 1.0)
-    shift: Array = x - slope * z
-    return np.where(height > 0.0, shift, 0.0)
+    # x - z cov(x, z) / var(z), written out so that nothing cancels
+    shift: Array = across * cos * radial - along * sin * tangential
+    return shift / np.where(height == 0.0, 1.0, height)
 
 
 def along_road_variance(state: Array, stds: tuple[float, float]) -> Array:
@@ -67,7 +66,7 @@ def along_road_variance(state: Array, stds: tuple[float, float]) -> Array:
     theta, d = state[..., _ANGLE], state[..., _DISTANCE]
     across, along = (d * stds[0]) ** 2, stds[1] ** 2
     height = along * np.sin(theta) ** 2 + across * np.cos(theta) ** 2
-    variance: Array = across * along / np.where(height > 0.0, height, 1.0)
+    variance: Array = across * along / np.where(height == 0.0, 1.0, height)
     return variance
 
 

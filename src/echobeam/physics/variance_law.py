@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from echobeam.physics.array import LinearArray
 from echobeam.physics.bounds import Crb, effective_variance, measurement_variance
 from echobeam.physics.echo import echo_snr
@@ -80,5 +78,4 @@ class VarianceLaw:
             bandwidth=self.bandwidth,
             pulse_length=self.pulse_length,
         )
-        variance = effective_variance(bound, snr)
-        return np.where(np.isnan(variance), np.inf, variance)
+        return effective_variance(bound, snr)

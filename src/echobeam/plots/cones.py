@@ -23,7 +23,7 @@ _SHARES = (0.1, 0.4, 0.7)
 WAY: dict[str, Any] = {
     "color": "black", "linewidth": 0.9, "linestyle": (0, (2.0, 1.2)), "zorder": 2.5
 }  # fmt: skip
-"""How the predicted way is drawn."""
+"""Line of the predicted way."""
 
 
 class Cone(NamedTuple):

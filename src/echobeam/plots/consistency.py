@@ -1,9 +1,9 @@
-"""Where the filter lies, users see it: its errors held against what it promises, slot by slot."""
+"""Consistency of the filters, slot by slot: their errors beside those that they promise."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -13,6 +13,7 @@ from echobeam.estimation.consistency import chi_square_band, share_band
 from echobeam.plots import style
 from echobeam.plots.setting import check_variables, read_scenario, read_setting
 from echobeam.plots.slot_axis import label_slots, limit_slots, shade_phases
+from echobeam.schemes.configure import system_for
 from echobeam.simulation.statistics import NEEDED, Statistics, of_scheme
 from echobeam.simulation.summary import GENIE, over_bound, ratio_of_means, result_statistics
 
@@ -31,20 +32,23 @@ MOST_SLOTS = 60
 _BOUNDED = ("angle", "distance")
 _BAND = "0.78"
 _MOST_NAMED = 2
+_TITLE = 40  # characters that a panel is wide
+_OWN_PROMISE: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (1.0, 1.0)), "zorder": 1.4}
 _NARROW = 4.0
 _LEAST_SHARE = 98.0
 
 
 class Curves(NamedTuple):
-    """What one panel shows of every scheme, at slots or frames.
+    """Values of one panel for every scheme, at slots or frames.
 
     ``values`` is ``(scheme, n)``, NaN where there is none; ``expected`` is what an honest
-    filter gives; ``band`` ``(n, 2)`` is where 95 % of honest means lie, or None; ``intervals``
-    ``(scheme, n, 2)`` those of the values themselves, or None.
+    filter gives, one number or ``(scheme,)`` where schemes differ; ``band`` ``(n, 2)`` is where
+    95 % of honest means lie, or None; ``intervals`` ``(scheme, n, 2)`` those of the values
+    themselves, or None.
     """
 
     values: Array
-    expected: float
+    expected: float | Array
     band: Array | None = None
     intervals: Array | None = None
 
@@ -67,6 +71,7 @@ def draw(result: xr.Dataset) -> Figure:
       gap there, and NEES is that of the prediction.
     - The share of true angles inside the interval of (38f) that the beams were designed to
       cover, with the 95 % band of a binomial share, and what a Gaussian promises for its width.
+      Where schemes have widths of their own the promise is in their colours, without a band.
     - RMSE of angle and distance over the posterior Cramer-Rao bound, see `over_bound`.
     - Mean sum rate over the genie's, with the 95 % interval over paired trials.
 
@@ -141,14 +146,14 @@ def panels(
     parts: Sequence[Statistics], names: Sequence[str], scenario: Scenario, pooled: int = 1
 ) -> list[Panel]:
     """Return what is drawn, from every scheme's sums over ``pooled`` slots each."""
-    width = scenario.coverage.width
+    widths = np.array([system_for(scenario, name).coverage.width for name in names])
     trace = scenario.trace is not None
     unbound = "the objects of\na trace come and go" if trace else "\nnothing is predicted"
     bounds = [np.stack([part[component] for part in parts]) for component in _BOUNDED]
     return [
         Panel("NEES", nees_curves(parts, pooled), "no estimate in doubt"),
         Panel("NIS per component", nis_curves(parts), "no prediction was measured"),
-        Panel(f"Inside ±{width:g}σ (%)", cover_curves(parts, width, pooled), "nothing covered"),
+        Panel(*cover_curves(parts, widths, pooled), "nothing covered"),
         Panel("Angle RMSE / bound", Curves(bounds[0], 1.0), f"no bound: {unbound}"),
         Panel("Distance RMSE / bound", Curves(bounds[1], 1.0), f"no bound: {unbound}"),
         Panel("Sum rate / genie's", genie_curves(parts, names), "no genie among\nthe schemes"),
@@ -169,15 +174,30 @@ def nis_curves(parts: Sequence[Statistics]) -> Curves:
     return Curves(values, 1.0, _band(degrees, lambda n: chi_square_band(1, n)))
 
 
-def cover_curves(parts: Sequence[Statistics], width: float, pooled: int = 1) -> Curves:
-    """Return the shares of true angles inside the covered interval, per cent."""
+def cover_curves(parts: Sequence[Statistics], widths: Array, pooled: int = 1) -> tuple[str, Curves]:
+    """Return the panel's label and the shares of true angles inside the covered interval, per cent.
+
+    Parameters
+    ----------
+    parts
+        Every scheme's sums.
+    widths
+        ``(scheme,)``: half-widths of their covers in standard deviations.
+    pooled
+        Slots behind each sum.
+    """
     from scipy.special import erf
 
-    promised = float(erf(width / np.sqrt(2.0)))
     covered = np.stack([part["covered"] for part in parts])
-    values = _ratio(np.stack([part["inside"] for part in parts]), covered)
-    band = _band(covered / pooled, lambda n: share_band(promised, max(1, round(n))))
-    return Curves(100.0 * values, 100.0 * promised, 100.0 * band)
+    values = 100.0 * _ratio(np.stack([part["inside"] for part in parts]), covered)
+    promised = erf(widths / np.sqrt(2.0))
+    differ = np.unique(widths[(covered > 0).any(axis=-1)])
+    if differ.size > 1:
+        return "Inside the cover (%)", Curves(values, 100.0 * promised)
+    width = differ[0] if differ.size else widths[0]
+    share = float(erf(width / np.sqrt(2.0)))
+    band = _band(covered / pooled, lambda n: share_band(share, max(1, round(n))))
+    return f"Inside ±{width:g}σ (%)", Curves(values, 100.0 * share, 100.0 * band)
 
 
 def genie_curves(parts: Sequence[Statistics], names: Sequence[str]) -> Curves:
@@ -218,7 +238,11 @@ def _draw_panel(
         return {}
     if curves.band is not None:
         _draw_band(axes, slots, curves.band)
-    axes.axhline(curves.expected, color="0.25", linewidth=0.8, zorder=1.4)
+    if isinstance(curves.expected, float):
+        axes.axhline(curves.expected, color="0.25", linewidth=0.8, zorder=1.4)
+    else:
+        for i in seen:
+            axes.axhline(curves.expected[i], color=looks[names[i]].colour, **_OWN_PROMISE)
     lines = {}
     for i in seen:
         look = looks[names[i]]
@@ -237,7 +261,9 @@ def _scale(axes: Axes, panel: Panel) -> None:
     """Let small and large ratios be seen, and shares beside what was promised."""
     values = panel.curves.values[np.isfinite(panel.curves.values)]
     if panel.label.startswith("Inside"):
-        low = min(float(values.min()), _LEAST_SHARE)
+        seen = np.isfinite(panel.curves.values).any(axis=-1)
+        promised = np.broadcast_to(panel.curves.expected, seen.shape)[seen]
+        low = min(float(values.min()), float(promised.min()), _LEAST_SHARE)
         axes.set_ylim(low - 0.06 * (100.0 - low), 100.0 + 0.06 * (100.0 - low))
     elif panel.label.startswith("Sum"):
         axes.set_ylim(-0.04, max(1.06, 1.06 * float(values.max())))
@@ -250,7 +276,7 @@ def _name_absent(axes: Axes, panel: Panel, absent: list[str]) -> None:
     others = [name for name in absent if (name, panel.label[:3]) != (GENIE, "Sum")]
     if others:
         said = ", ".join(others) if len(others) <= _MOST_NAMED else f"{len(others)} schemes"
-        axes.set_title(f"{panel.label}\n(none for {said})")
+        axes.set_title(f"{panel.label}\n{style.wrap_name(f'(none for {said})', _TITLE)}")
 
 
 def _draw_band(axes: Axes, slots: Array, band: Array) -> None:

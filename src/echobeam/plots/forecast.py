@@ -1,4 +1,4 @@
-"""How far ahead the filter sees: the error of forecasts against their horizon, and the promise."""
+"""Errors of forecasts against their horizon, beside those that the covariances promise."""
 
 from __future__ import annotations
 

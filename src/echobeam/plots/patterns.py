@@ -94,7 +94,7 @@ def draw(
     for axes, index in zip(panels.flat, chosen, strict=False):
         _draw_panel(axes, run, index, objects, setting)
     _label_panels(list(panels.flat), columns, len(chosen), setting)
-    handles = _legend(run, objects, setting)
+    handles = _legend(run, chosen, objects, setting)
     spare = panels.flat[len(chosen) :]
     for axes in spare:
         axes.set_axis_off()
@@ -203,7 +203,9 @@ def _label_panels(panels: list[Axes], columns: int, count: int, setting: Setting
         axes.tick_params(labelbottom=True)
 
 
-def _legend(run: BeamRun, objects: Sequence[int], setting: Setting) -> list[Artist]:
+def _legend(
+    run: BeamRun, chosen: Sequence[int], objects: Sequence[int], setting: Setting
+) -> list[Artist]:
     handles: list[Artist] = [
         Line2D(
             [], [], color=style.object_look(k).colour, linestyle=style.object_look(k).line,
@@ -216,8 +218,9 @@ def _legend(run: BeamRun, objects: Sequence[int], setting: Setting) -> list[Arti
     if objects:
         handles.append(Line2D([], [], color="0.3", label="true angle", **_TRUE))
         handles.append(Line2D([], [], color="0.3", label="predicted angle", **_PREDICTED))
-        band = rf"covered, ± {setting.width:g}$\sigma_\theta$"
-        handles.append(Patch(facecolor="0.3", alpha=0.25, linewidth=0, label=band))
+        if np.isfinite(run.covered[np.ix_(chosen, objects)]).any():
+            band = rf"covered, ± {setting.width:g}$\sigma_\theta$"
+            handles.append(Patch(facecolor="0.3", alpha=0.25, linewidth=0, label=band))
     else:
         handles.append(Line2D([], [], linestyle="", label="no objects in these slots"))
     if objects and hidden > 0:

@@ -1,4 +1,4 @@
-"""What a picture needs to know of the scenario that a result was made from."""
+"""Values of a result's scenario that pictures need, and the choice of scheme and trial."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
 from echobeam.scenario.load import ScenarioError, validate
-from echobeam.schemes.configure import system_for
+from echobeam.schemes.configure import split, system_for
 from echobeam.units import QuantityError, parse_quantity
+from echobeam.values import Mode
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,7 +121,9 @@ def check_variables(result: xr.Dataset, *names: str) -> None:
 
 
 def choose_scheme(result: xr.Dataset, wanted: str | None) -> str:
-    """Return the scheme to draw: the wanted one, else temporal, else one with directional slots.
+    """Return the scheme to draw: the wanted one, else temporal or the first of its variants.
+
+    A result without any shows its first scheme with directional slots.
 
     Raises
     ------
@@ -134,10 +137,11 @@ def choose_scheme(result: xr.Dataset, wanted: str | None) -> str:
         if wanted not in names:
             raise PlotError(f"the result holds no scheme {wanted!r}; it holds {', '.join(names)}")
         return wanted
-    if "temporal" in names:
-        return "temporal"
-    directional = (result["phase"] == "directional").any("slot").values
-    return next((n for n, some in zip(names, directional, strict=True) if some), names[0])
+    variants = [name for name in names if split(name)[0] == "temporal"]
+    variants.sort(key=lambda name: name != "temporal")
+    directional = (result["mode"] == Mode.DIRECTIONAL).any(("trial", "slot")).values
+    others = (name for name, some in zip(names, directional, strict=True) if some)
+    return next(iter(variants), next(others, names[0]))
 
 
 def check_trial(result: xr.Dataset, trial: int) -> None:

@@ -33,11 +33,12 @@ def limit_slots(axes: Axes, result: xr.Dataset, ticks: int = 10) -> None:
 def shade_phases(axes: Axes, result: xr.Dataset) -> list[Patch]:
     """Shade the slots without directional beams, and return the legend's entry for them.
 
-    A scheme that never sends directional beams (omni) says nothing about the frame.
+    A scheme that never sends directional beams (omni) says nothing about the frame, nor does a
+    slot in which trials differ.
     """
     phase = result["phase"].transpose("scheme", "slot").values.astype(str)
-    phase = phase[(phase == "directional").any(axis=1)]
-    kinds = [kind for kind in ("omni", "pilot", "mixed") if (phase == kind).any()]
+    phase = phase[np.isin(phase, ["directional", "mixed"]).any(axis=1)]
+    kinds = [kind for kind in ("omni", "pilot") if (phase == kind).any()]
     slots = result["slot"].values
     shaded: BoolArray = np.asarray(np.isin(phase, kinds).any(axis=0))
     for first, last in _spells(shaded):

@@ -8,6 +8,7 @@ information once more, so that a copy in grey still reads.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -33,7 +34,7 @@ SHADE = "0.91"
 FAINT = "0.45"
 
 MAX_MARKERS = 20
-"""A line has no more markers than this, however many slots a run has."""
+"""Number of markers that a line has at most, however many slots a run has."""
 
 _FIRST_MARKERS = 5
 
@@ -83,12 +84,16 @@ _MOST_COLUMNS = 6
 # inches: two rows of a legend, for which the figures' heights are made.
 _USUAL_LEGEND = 0.4
 
+# Characters of a legend's text per inch of the figure; names of schemes were measured to have
+# 15 to 17 at this size of type.
+_CHARACTERS_PER_INCH = 13
+
 LineStyle = Literal["-"] | tuple[float, tuple[float, ...]]
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How one line is told from the others, in colour and in grey."""
+    """Colour, marker and line style that tell a line from others, in colour and in grey."""
 
     colour: str
     marker: str
@@ -111,7 +116,7 @@ SCHEME_LOOKS: dict[str, Look] = {
     "pilot-needle": Look(ORANGE, "<", _DASH_DOT_DOT),
     "pilot-predict": Look(PURPLE, ">", _SHORT),
 }
-"""The built-in schemes' looks; a user's scheme takes one of `_OTHERS`."""
+"""Looks of the built-in schemes; users' schemes and variants take those of `_OTHERS`."""
 
 _OTHERS = (
     Look(PURPLE, "X", "-"),
@@ -149,10 +154,24 @@ def styled() -> Iterator[None]:
 
 
 def scheme_looks(names: Sequence[str]) -> dict[str, Look]:
-    """Return the look of each scheme: the fixed one, or the next free one for users' schemes."""
-    strangers = [name for name in names if name not in SCHEME_LOOKS]
-    others = {name: _OTHERS[i % len(_OTHERS)] for i, name in enumerate(strangers)}
-    return {name: SCHEME_LOOKS.get(name) or others[name] for name in names}
+    """Return the look of each scheme, the fixed one or, for all others, one that is free.
+
+    Variants of a scheme (``temporal:ripple=1``) and users' schemes take colours that the built-in
+    schemes among ``names`` leave free, as long as there are any.
+    """
+    fixed = {name: SCHEME_LOOKS[name] for name in names if name in SCHEME_LOOKS}
+    taken = {look.colour for look in fixed.values()}
+    free = sorted(_OTHERS, key=lambda look: look.colour in taken)
+    others = [name for name in names if name not in fixed]
+    return fixed | {name: _other_look(free, i) for i, name in enumerate(others)}
+
+
+def _other_look(looks: Sequence[Look], index: int) -> Look:
+    """Return a look by its number: beyond the last one, markers and lines change places."""
+    count = len(looks)
+    turn = index // count
+    colour, marker, line = (looks[(index + shift * turn) % count] for shift in range(3))
+    return Look(colour.colour, marker.marker, line.line)
 
 
 def object_look(index: int) -> Look:
@@ -223,8 +242,12 @@ def add_note(axes: Axes, text: str, height: float = 0.5) -> None:
 def add_legend(figure: Figure, handles: Sequence[Artist]) -> None:
     """Put the legend below the axes, where it covers no data, in as few rows as fit.
 
-    The figure grows with a legend of many rows, so that the axes keep their size.
+    Long labels are wrapped. The figure grows with a legend of many rows, so that the axes keep
+    their size.
     """
+    for handle in handles:
+        most = int(_CHARACTERS_PER_INCH * figure.get_figwidth())
+        handle.set_label(wrap_name(str(handle.get_label()), most))
     for columns in range(min(len(handles), _MOST_COLUMNS), 0, -1):
         legend = figure.legend(
             handles=list(handles), loc="outside lower center", ncols=columns, borderaxespad=0.2
@@ -235,6 +258,16 @@ def add_legend(figure: Figure, handles: Sequence[Artist]) -> None:
             figure.set_figheight(figure.get_figheight() + max(0.0, extra))
             return
         legend.remove()
+
+
+def wrap_name(text: str, most: int) -> str:
+    """Break a name, after commas where possible, into lines of so many characters at most."""
+    lines = [""]
+    for piece in re.findall(rf"[^, ]{{1,{most}}}[, ]*|[, ]+", text):
+        if lines[-1] and len(lines[-1] + piece.rstrip()) > most:
+            lines.append("")
+        lines[-1] += piece
+    return "\n".join(line.rstrip() for line in lines)
 
 
 def absent(look: Look, label: str) -> Line2D:

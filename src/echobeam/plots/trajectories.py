@@ -1,4 +1,4 @@
-"""Where the objects went, and where the tracker thought they were and would be."""
+"""Paths of the objects, true and tracked, and the forecasts of the tracker."""
 
 from __future__ import annotations
 
@@ -67,8 +67,9 @@ def draw(result: xr.Dataset, scheme: str | None = None, trial: int = 0) -> Figur
         If the result holds no tracks, or not this scheme or trial.
     """
     check_variables(
-        result, "position", "identity", "uav_position", "predicted", "estimated", "estimated_cov"
-    )
+        result, "position", "identity", "uav_position", "predicted", "estimated", "estimated_cov",
+        "mode",
+    )  # fmt: skip
     check_trial(result, trial)
     name = choose_scheme(result, scheme)
     setting = read_setting(result)

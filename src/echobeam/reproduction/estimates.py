@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from echobeam.reproduction.records import Estimate
+from echobeam.simulation.statistics import quotient
 from echobeam.simulation.summary import mean_interval, ratio_of_means
 from echobeam.values import Array, BoolArray
 
@@ -57,8 +58,9 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array) -> Estimate:
 
 
 def rms(error: Array) -> Array:
-    """Return the root mean square over the last axis."""
-    return np.asarray(np.sqrt(np.mean(error**2, axis=-1)))
+    """Return the root mean square over the last axis, of those that are not NaN."""
+    found = np.isfinite(error)
+    return np.sqrt(quotient(np.square(np.where(found, error, 0.0)).sum(-1), found.sum(-1)))
 
 
 def rms_ratio(above: Array, below: Array) -> Estimate:
@@ -76,16 +78,18 @@ def quantile_ratio(above: Array, below: Array, share: float) -> Estimate:
 def rms_with_band(error: Array) -> tuple[Array, Array]:
     """Return root mean square over trials ``(trial, ...)`` and its 95 % band ``(..., 2)``.
 
-    The band is the percentile bootstrap's, with the same draws every time.
+    The band is the percentile bootstrap's, with the same draws every time. A trial whose error is
+    NaN, for want of an estimate, does not count.
     """
-    square = error**2
+    found = np.isfinite(error)
+    square = np.square(np.where(found, error, 0.0))
     trials = len(square)
     weights = np.random.default_rng(_SEED).multinomial(
         trials, np.full(trials, 1.0 / trials), RESAMPLES
     )
-    drawn = np.sqrt(np.tensordot(weights / trials, square, axes=1))
-    band = np.quantile(drawn, [0.025, 0.975], axis=0)
-    return np.sqrt(square.mean(axis=0)), np.moveaxis(band, 0, -1)
+    total, count = (np.tensordot(weights, one, axes=1) for one in (square, found))
+    band = np.nanquantile(np.sqrt(quotient(total, count)), [0.025, 0.975], axis=0)
+    return np.sqrt(quotient(square.sum(axis=0), found.sum(axis=0))), np.moveaxis(band, 0, -1)
 
 
 def proportion(hits: BoolArray) -> Estimate:

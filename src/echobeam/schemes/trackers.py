@@ -59,8 +59,8 @@ def unknown(view: View) -> GaussianBelief:
     """Return the belief of a UAV that has measured nothing."""
     shape = view.roster.shape
     nothing = GaussianState(
-        mean=np.full((*shape, 3), np.nan),
-        cov=np.full((*shape, 3, 3), np.nan),
+        mean=np.full((*shape, POLAR.size), np.nan),
+        cov=np.full((*shape, POLAR.size, POLAR.size), np.nan),
         known=np.zeros(shape, dtype=bool),
     )
     return GaussianBelief(nothing, view.roster)

@@ -8,6 +8,7 @@ Statistics of blocks, taken in order, come to those of the run.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ import numpy.typing as npt
 from echobeam.estimation.consistency import nees, nis
 from echobeam.estimation.gaussian import wrap
 from echobeam.physics.polar import POLAR
-from echobeam.scenario.model import Scenario
+from echobeam.scenario.model import CoverageTable, Scenario
 from echobeam.schemes.configure import system_for
 from echobeam.simulation.bound import bound_terms
 from echobeam.tracking.measurement import measurement_jacobian, predict_measurement
@@ -29,7 +30,6 @@ PER_TRIAL = ("sum_rate", "fallback")
 NEEDED = (
     "truth",
     "present",
-    "identity",
     "uav_velocity",
     "mode",
     "covered",
@@ -74,8 +74,8 @@ def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> S
     rate = _floats(arrays["rate"])
     in_service = present & _directional(arrays)
     known = np.isfinite(_floats(arrays["estimated"])[..., 0])
-    systems = [system_for(scenario, name) for name in names]
-    floors = np.array([system.coverage.min_rate for system in systems])[:, None, None, None]
+    coverages = [_coverage(scenario, name) for name in names]
+    floors = np.array([coverage.min_rate for coverage in coverages])[:, None, None, None]
     figures = {
         "sum_rate": sum_rate(rate, present),
         "fallback": np.asarray(arrays["fallback"], dtype=float).sum(axis=-1),
@@ -84,7 +84,7 @@ def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> S
         "known": _count(present & known),
         "there": _count(np.broadcast_to(present, rate.shape)),
     }
-    centres = [system.coverage.centre for system in systems]
+    centres = [coverage.centre for coverage in coverages]
     figures |= _errors(arrays) | _innovations(arrays, scenario) | _cover(arrays, centres)
     return figures | bound_terms(arrays, scenario)
 
@@ -175,6 +175,12 @@ def quotient(total: npt.ArrayLike, count: npt.ArrayLike) -> Array:
     return ratio
 
 
+@lru_cache(maxsize=64)
+def _coverage(scenario: Scenario, name: str) -> CoverageTable:
+    """Return a scheme's floor and cover; the look-ups take nearly as long as a block's sums."""
+    return system_for(scenario, name).coverage
+
+
 def _directional(arrays: Arrays) -> BoolArray:
     """Return ``(scheme, trial, slot, 1)``: whether beams are sent."""
     directional: BoolArray = np.asarray(arrays["mode"] == Mode.DIRECTIONAL)[..., None]
@@ -235,7 +241,6 @@ def _innovations(arrays: Arrays, scenario: Scenario) -> Statistics:
     predicted = np.isfinite(prior[..., 0]) & _positive(cov)
     mean = np.where(predicted[..., None], prior, 1.0)
     innovation = value - predict_measurement(mean, speed, heading, carrier)
-    innovation[..., 0] = wrap(innovation[..., 0])
     used = np.isfinite(innovation) & np.isfinite(variance) & predicted[..., None]
     squared = nis(
         np.where(used, innovation, np.nan),

@@ -24,7 +24,7 @@ TAIL = 0.95
 
 
 def errors(results: Results, metres: int, scheme: str) -> Array:
-    """Return ``(trial, slot)`` deg: the estimate's error."""
+    """Return ``(trial, slot)`` deg: the estimate's error, NaN where the track is lost."""
     return np.asarray(np.degrees(results[height(metres).name].error(scheme, "angle")[:, :, 0]))
 
 
@@ -35,13 +35,23 @@ def tabulate(results: Results) -> Table:
         for scheme in SCHEMES:
             off = errors(results, metres, scheme)
             rmse, band = rms_with_band(off)
-            tail = np.quantile(np.abs(off), TAIL, axis=0)
+            tail, lost = _tail(off), lost_percent(off)
             rows += [
-                (metres, scheme, i + 1, float(rmse[i]), *map(float, band[i]), float(tail[i]))
+                (metres, scheme, i + 1, *map(float, (rmse[i], *band[i], tail[i], lost[i])))
                 for i in range(len(rmse))
             ]
     names = ("RMSE", "95 % low", "95 % high", "95 % quantile of |error|")
-    return Table(("height (m)", "scheme", "slot", *(f"{name} (deg)" for name in names)), rows)
+    errors_of = (f"{name} (deg)" for name in names)
+    return Table(("height (m)", "scheme", "slot", *errors_of, "tracks lost (%)"), rows)
+
+
+def lost_percent(error: Array) -> Array:
+    """Return the share of trials ``(trial, slot)`` without an estimate, ``(slot,)`` %."""
+    return np.asarray(100.0 * np.isnan(error).mean(axis=0))
+
+
+def _tail(error: Array) -> Array:
+    return np.asarray(np.nanquantile(np.abs(error), TAIL, axis=0))
 
 
 @style.styled()
@@ -61,7 +71,8 @@ def draw(results: Results) -> Picture:
         "Angle tracking of the proposed scheme and of water-filling over the height",
         f"{draw_as.flight(outcome.scenario, height=False)}; {draw_as.objects(outcome.scenario)}",
         f"{outcome.point.trials} trials: RMSE with 95 % bands (thick) and 95 % quantiles of the "
-        "error's size (thin)",
+        f"error's size (thin), of the tracks kept; at {SHOWN[-1]} m water-filling has lost "
+        f"{lost_percent(errors(results, SHOWN[-1], 'water-filling'))[-1]:.1f} %",
     )
     style.add_legend(figure, handles)
     return Picture(figure, tabulate(results))
@@ -74,8 +85,7 @@ def _draw_height(axes: Axes, results: Results, metres: int) -> list[Line2D]:
         rmse, band = rms_with_band(off)
         slots = np.arange(1, len(rmse) + 1)
         handles.append(draw_as.curve(axes, slots, rmse, band, look, label))
-        tail = np.quantile(np.abs(off), TAIL, axis=0)
-        axes.plot(slots, tail, color=look.colour, linestyle=look.line, linewidth=0.7)
+        axes.plot(slots, _tail(off), color=look.colour, linestyle=look.line, linewidth=0.7)
     style.scale_log(axes)
     draw_as.slot_axis(axes, len(slots))
     axes.set_title(f"$h$ = {metres} m")

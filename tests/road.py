@@ -1,4 +1,4 @@
-"""Models of an object by its position and velocity on the road, for a UAV that knows its height.
+"""Models for tests: position and velocity on the road, for a UAV that knows its height.
 
 An object at ground level, y = z = 0, has two degrees of freedom. With the UAV's position known,
 both angle and delay measure the same position, and a delay that is far more accurate than the
