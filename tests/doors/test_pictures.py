@@ -14,6 +14,12 @@ from echobeam.plots import KINDS, PlotError, draw_all, picture_paths
 from ..unit.plot_dataset import build_result
 
 ALL = ("temporal", "pilot", "water-filling", "genie", "omni", "pilot-needle", "pilot-predict")
+LONG_NAMES = (
+    "temporal:ripple=1",
+    "temporal:velocity_prior=30 m/s,angle_std=0.5 deg,distance_std=20 cm,width=2,ripple=0.1 N_t",
+    "pilot:resolution=0.05 deg,min_rate=0.0004,spread=posterior,centre=previous,width=2.5",
+    "water-filling:evolution=exact,velocity_std=0.25 m/s,distance_std=10 cm,angle_std=0.1 deg",
+)
 ESTIMATES = ("predicted", "estimated", "predicted_cov", "estimated_cov", "measured")
 
 
@@ -54,6 +60,9 @@ CASES = {
     "many users' schemes": lambda: build_result(
         (*ALL, *(f"a scheme of mine, number {i}" for i in range(9))), trials=2
     ),
+    "variants with long names": lambda: build_result(
+        ("temporal", "pilot", *LONG_NAMES), trials=2, with_bound=True
+    ),
     "no objects": lambda: build_result(angles=(), velocities=()),
     "one object": lambda: build_result(angles=(60.0,), velocities=(30.0,), trials=2),
     "eleven objects": lambda: build_result(
@@ -91,7 +100,7 @@ CASES = {
 }
 
 
-QUICK = ("no objects", "one trial", "everything NaN")
+QUICK = ("variants with long names", "no objects", "one trial", "everything NaN")
 
 
 @pytest.fixture(

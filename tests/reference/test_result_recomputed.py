@@ -133,9 +133,10 @@ def test_filter_steps(result, scheme):
             np.testing.assert_array_equal(mean[:, slot][kept], prior[:, slot][kept])
             continue
         h, H = measurement(prior[:, slot], vu, thu)
-        R = found["measured_var"].values[:, slot, :, :, None] * np.eye(3)
+        variance = found["measured_var"].values[:, slot]  # infinite where nothing was measured
+        R = np.where(np.eye(3) == 1.0, variance[..., None], 0.0)
         P = prior_cov[:, slot]
-        scale = 1 / np.sqrt(found["measured_var"].values[:, slot])  # for the inverse's sake
+        scale = 1 / np.sqrt(variance)  # for the inverse's sake
         S = (H @ P @ np.swapaxes(H, -1, -2) + R) * scale[..., None] * scale[..., None, :]
         gain = (P @ np.swapaxes(H, -1, -2) * scale[..., None, :]) @ np.linalg.inv(S)
         gain = gain * scale[..., None, :]

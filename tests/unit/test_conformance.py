@@ -56,9 +56,9 @@ def test_a_scheme_that_reads_the_truth_out_of_variances_is_caught():
 
         def update(self, prior, detections, view):
             honest = ExtendedKalman().update(prior, detections, view)
-            ratio = detections.variance[..., 1] / detections.variance[..., 0]
             n, kappa = view.system.array.n_tx, view.system.law.bandwidth
-            with np.errstate(invalid="ignore"):
+            with np.errstate(invalid="ignore"):  # objects that were not measured
+                ratio = detections.variance[..., 1] / detections.variance[..., 0]
                 cosine = np.sqrt(ratio * kappa**2 * 12 / (np.pi**2 * (n**2 - 1)))
                 angle = np.arccos(np.clip(cosine, 0.0, 1.0))
             mean = honest.state.mean.copy()

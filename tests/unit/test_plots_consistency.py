@@ -89,7 +89,6 @@ def test_the_share_inside_is_held_against_what_three_sigma_promise(result):
 def test_variants_of_other_widths_are_each_held_against_their_own_promise():
     names = ["temporal", "temporal:width=1", "temporal:width=2"]
     result = build_result(names, trials=10)
-    result.attrs["scenario"] = eb.load_scenario("paper-multi").to_toml()
     axes = consistency.draw(result).axes[INSIDE]
     assert axes.get_title() == "Inside the cover (%)"
     promised = [line for line in axes.get_lines() if line.get_label().startswith("_")]

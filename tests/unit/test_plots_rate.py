@@ -99,6 +99,15 @@ def test_slots_without_directional_beams_are_shaded():
     np.testing.assert_allclose(middles, [1, 11, 21], atol=1e-6)
 
 
+def test_a_slot_in_which_trials_differ_is_not_shaded():
+    result = build_result(schemes=("temporal",))
+    result["phase"].values[:, 1:] = "mixed"
+    figure = rate.draw(result)
+    (shade,) = figure.axes[0].patches
+    assert (shade.get_x(), shade.get_width()) == (0.5, 1.0)
+    assert "omni slot" in legend_of(figure)
+
+
 def test_the_legend_says_which_slots_are_shaded():
     assert "omni or pilot slot" in legend_of(rate.draw(build_result()))
     assert "omni slot" in legend_of(rate.draw(build_result(schemes=("temporal",))))

@@ -129,7 +129,7 @@ class LinearArray:
         return derivative
 
     def response(self, beams: ComplexArray, theta: npt.ArrayLike) -> ComplexArray:
-        """Return what beams send in many directions, a(theta)^H w with a of Eq. (4).
+        """Return the response of beams in many directions, a(theta)^H w with a of Eq. (4).
 
         The response is a polynomial in exp(-j 2 pi spacing u). It is evaluated in blocks of about
         sqrt(n) coefficients, so that few exponentials have to be taken.

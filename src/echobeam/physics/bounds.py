@@ -1,4 +1,4 @@
-"""How well a state can be measured: Cramer-Rao bounds of angle, delay and Doppler.
+"""Cramer-Rao bounds of angle, delay and Doppler.
 
 Two versions. ``"paper"``: Eq. (20) to Eq. (23) as printed, but with the antenna spacing in (23).
 ``"exact"``: the Fisher information of a monostatic MIMO radar that does not know the complex
@@ -142,7 +142,7 @@ def square_aperture(theta: npt.ArrayLike, array: LinearArray) -> Array:
 
 
 def transmit_aperture(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -> Array:
-    """Return xi_t^2, what the transmitted covariance adds to the square aperture; see the module.
+    """Return xi_t^2, the transmitted covariance's part of the square aperture; see the module.
 
     With C = F F^H it is |f' - f (f^H f') / |f|^2|^2 / |f|^2 for f = F^H a, f' = F^H a': what a
     change of the angle changes in the mixture of streams that reaches the object, beyond its
@@ -176,12 +176,12 @@ def transmit_aperture(sent: Transmission, theta: npt.ArrayLike, array: LinearArr
 
 
 def _mean_square_rate(width: float) -> float:
-    """(2 pi)^2 times the variance of a uniform distribution of this width."""
+    """Return (2 pi)^2 times the variance of a uniform distribution of this width."""
     return (2.0 * np.pi * width) ** 2 / 12.0
 
 
 def _inverse(snr: Array, factor: Array) -> Array:
-    """1 / (snr factor), infinite if either is zero, even if the other is infinite."""
+    """Return 1 / (snr factor), infinite if either is zero, even if the other is infinite."""
     nothing = (snr == 0.0) | (factor == 0.0)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):  # inf, by definition
         inverse = 1.0 / (snr * factor)

@@ -39,8 +39,8 @@ def along_road(state: Array, noise: Array, stds: tuple[float, float]) -> Array:
     d sin(theta) eta_theta and in height by z = -sin(theta) eta_d - d cos(theta) eta_theta. An
     object stays on the ground and the UAV's height is not touched, so nature has the conditional
     distribution given z = 0: the residual of x after regression on z, whose variance is that of
-    `along_road_variance`. It never exceeds the noise that a filter on angle and distance believes
-    in.
+    `along_road_variance`. It never exceeds the variance of x itself, which a filter on angle and
+    distance assumes.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def along_road_variance(state: Array, stds: tuple[float, float]) -> Array:
 
 
 def offset(state: Array) -> Array:
-    """Return where a state ``(..., 3)`` lies as seen from the UAV, ``(..., 2)`` m: x and height."""
+    """Return the position of a state ``(..., 3)`` relative to the UAV, ``(..., 2)`` m: x and z."""
     theta, d = state[..., _ANGLE], state[..., _DISTANCE]
     return np.stack([d * np.cos(theta), -d * np.sin(theta)], axis=-1)
 

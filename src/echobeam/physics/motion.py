@@ -86,7 +86,7 @@ def move_along_road(
 
 
 def initial_distance(theta: npt.ArrayLike, height: npt.ArrayLike) -> Array:
-    """Return d = h / sin(theta): how far an object on the ground is that is seen under an angle.
+    """Return d = h / sin(theta), the distance of an object on the ground seen under an angle.
 
     Parameters
     ----------

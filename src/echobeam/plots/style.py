@@ -156,12 +156,12 @@ def styled() -> Iterator[None]:
 def scheme_looks(names: Sequence[str]) -> dict[str, Look]:
     """Return the look of each scheme, the fixed one or, for all others, one that is free.
 
-    Variants of a scheme (``temporal:ripple=1``) and users' schemes take colours that the built-in
-    schemes among ``names`` leave free, as long as there are any.
+    Variants of a scheme (``temporal:ripple=1``) and users' schemes take colours and lines that the
+    built-in schemes among ``names`` leave free, as long as there are any.
     """
     fixed = {name: SCHEME_LOOKS[name] for name in names if name in SCHEME_LOOKS}
-    taken = {look.colour for look in fixed.values()}
-    free = sorted(_OTHERS, key=lambda look: look.colour in taken)
+    colours, lines = ({getattr(look, it) for look in fixed.values()} for it in ("colour", "line"))
+    free = sorted(_OTHERS, key=lambda look: (look.colour in colours, look.line in lines))
     others = [name for name in names if name not in fixed]
     return fixed | {name: _other_look(free, i) for i, name in enumerate(others)}
 
