@@ -63,3 +63,12 @@ def test_times_of_decisions_stand_outside_the_schemes(result):
     (line,) = [x for x in text_report(result, SCENARIO, Path("r.nc"), taken).splitlines()
                if x.startswith("decision")]  # fmt: skip
     assert line.endswith("ms, mean (99th percentile): genie 0.25 (1.25)")
+
+
+def test_an_array_whose_far_field_begins_behind_the_objects_is_told_of():
+    near = eb.load_scenario("paper-single", {"array.n_tx": 256, "radio.carrier": "28 GHz"})
+    result = eb.simulate(near, ["water-filling"], trials=1)
+    text = text_report(result, near, Path("r.nc"))
+    (line,) = [line for line in text.splitlines() if line.startswith("the far field")]
+    assert "begins at 348 m" in line
+    assert f"as near as {float(result.truth[..., 1].min()):.0f} m" in line

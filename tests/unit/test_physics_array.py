@@ -36,6 +36,16 @@ def test_derivative_agrees_with_complex_step(axis, project):
     np.testing.assert_allclose(derivative, by_parts, rtol=1e-13, atol=1e-13)
 
 
+def test_far_field_begins_where_the_edge_lags_a_sixteenth_of_a_wavelength():
+    # a spherical wave from R arrives D^2 / (8 R) later at the edge than at the middle
+    array, wavelength = LinearArray(256, 0.5), 299792458 / 28e9
+    half = (256 - 1) * 0.5 * wavelength / 2
+    start = array.far_field(wavelength)
+    assert start == pytest.approx(348, abs=1)
+    assert math.hypot(start, half) - start == pytest.approx(wavelength / 16, rel=1e-4)
+    assert LinearArray(1).far_field(wavelength) == 0
+
+
 def test_vertical_array_cannot_tell_ahead_from_behind():
     np.testing.assert_allclose(
         LinearArray(30).steering(ANGLES), LinearArray(30).steering(np.pi - ANGLES), atol=1e-13
@@ -132,7 +142,9 @@ def test_number_of_elements_is_a_whole_number_from_one(n):
     assert str(fault.value) == f"n must be a whole number from 1, not {n!r}"
 
 
-@pytest.mark.parametrize("spacing", [0, 0.0, -0.5, math.nan, math.inf, -math.inf, "x", None, 1j])
+@pytest.mark.parametrize(
+    "spacing", [0, 0.0, -0.5, math.nan, math.inf, -math.inf, "x", None, 1j, True, 10**400]
+)
 def test_spacing_is_a_positive_number(spacing):
     with pytest.raises(ArrayError) as fault:
         LinearArray(4, spacing)

@@ -52,9 +52,9 @@ class LinearArray:
         spacing: Any = self.spacing
         try:
             positive = math.isfinite(spacing) and spacing > 0
-        except TypeError:
+        except (TypeError, OverflowError):
             positive = False
-        if not positive:
+        if isinstance(spacing, bool) or not positive:
             faults.append(f"spacing must be a positive number of wavelengths, not {spacing!r}")
         if self.axis not in ("vertical", "horizontal"):
             faults.append(f"axis must be 'vertical' or 'horizontal', not {self.axis!r}")
@@ -158,6 +158,17 @@ class LinearArray:
             "...jq,...jq->...j", within @ np.swapaxes(coefficients, -1, -2), across
         )
         return response
+
+    def far_field(self, wavelength: float) -> float:
+        """Return the Fraunhofer distance 2 D^2 / lambda, m, from which waves are taken as plane.
+
+        Parameters
+        ----------
+        wavelength
+            lambda, m. D = (n - 1) spacing lambda is the length of the array, so that Eq. (4)
+            holds beyond 2 (n - 1)^2 spacing^2 lambda.
+        """
+        return 2.0 * ((self.n - 1) * self.spacing) ** 2 * wavelength
 
     def _rate(self) -> Array:
         rate: Array = 2.0 * np.pi * self.spacing * np.arange(self.n, dtype=np.float64)

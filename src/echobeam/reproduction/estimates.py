@@ -68,13 +68,6 @@ def rms_ratio(above: Array, below: Array) -> Estimate:
     return bootstrap(lambda a, b: rms(a) / rms(b), above, below)
 
 
-def quantile_ratio(above: Array, below: Array, share: float) -> Estimate:
-    """Return the ratio of two quantiles over paired ``(trial,)`` samples."""
-    return bootstrap(
-        lambda a, b: np.quantile(a, share, axis=-1) / np.quantile(b, share, axis=-1), above, below
-    )
-
-
 def rms_with_band(error: Array) -> tuple[Array, Array]:
     """Return root mean square over trials ``(trial, ...)`` and its 95 % band ``(..., 2)``.
 

@@ -29,9 +29,6 @@ AUDIBLE = 0.01
 
 QUIET_STEPS = 8
 
-BOUGHT = 1e-6
-"""Excess of ripple, relative to what is allowed, that a beam may buy off with power."""
-
 DONE = 1e-7
 """KKT residual of shapes, relative to the power of a matched beam, at which they are done."""
 
