@@ -14,10 +14,27 @@ from click.testing import CliRunner
 
 from echobeam.cli.reproduce import command
 from echobeam.faults import InputError
+from echobeam.reproduction import run
 from echobeam.reproduction.claims import ALL
 from echobeam.reproduction.figures import approximation
 
 PNG = b"\x89PNG\r\n"
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_cut(monkeypatch):
+    """Texts and axes of every picture lie within it."""
+    save = run.save
+
+    def save_whole(drawing, path):
+        drawing.draw_without_rendering()
+        box = drawing.get_tightbbox()
+        width, height = drawing.get_size_inches()
+        outside = max(-box.x0, -box.y0, box.x1 - width, box.y1 - height)
+        assert outside < 0.02, f"{path.name}: {outside:.2f} inches are cut"
+        save(drawing, path)
+
+    monkeypatch.setattr(run, "save", save_whole)
 
 
 def reproduce(*arguments):

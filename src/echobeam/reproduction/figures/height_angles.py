@@ -57,7 +57,7 @@ def _tail(error: Array) -> Array:
 @style.styled()
 def draw(results: Results) -> Picture:
     """Draw a panel per height of the paper, and the last slot's error over all heights."""
-    figure = style.new_figure(style.PAGE, 4.6)
+    figure = style.new_figure(style.PAGE, 4.75)
     panels = figure.subplots(2, 2)
     handles: list[Line2D] = []
     for axes, metres in zip(panels.flat, SHOWN, strict=False):
@@ -71,7 +71,7 @@ def draw(results: Results) -> Picture:
         "Angle tracking of the proposed scheme and of water-filling over the height",
         f"{draw_as.flight(outcome.scenario, height=False)}; {draw_as.objects(outcome.scenario)}",
         f"{outcome.point.trials} trials: RMSE with 95 % bands (thick) and 95 % quantiles of the "
-        f"error's size (thin), of the tracks kept; at {SHOWN[-1]} m water-filling has lost "
+        f"error's size (thin)\nof the tracks kept; at {SHOWN[-1]} m water-filling has lost "
         f"{lost_percent(errors(results, SHOWN[-1], 'water-filling'))[-1]:.1f} %",
     )
     style.add_legend(figure, handles)

@@ -79,7 +79,7 @@ def _trials(shown: list[Entry]) -> str:
     default, *others = (entry.trials for entry in shown)
     if set(others) == {default}:
         return f"{default} trials each"
-    return f"{default} trials in the default reading, {min(others)} in the others"
+    return f"{default} trials by default, else {min(others)}"
 
 
 FIGURE = Figure(
