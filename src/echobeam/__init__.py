@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from echobeam.beamforming.design import design_beams
     from echobeam.beamforming.problem import BeamProblem, ProblemError
     from echobeam.physics.array import ArrayError, LinearArray
-    from echobeam.scenario.load import ScenarioError, load_scenario
+    from echobeam.scenario.checking import ScenarioError
+    from echobeam.scenario.load import load_scenario
     from echobeam.scenario.model import Scenario
     from echobeam.schemes.base import Decision, Scheme, SchemeError, View
     from echobeam.schemes.beamers import Aim, Beams
@@ -47,7 +48,7 @@ _HOME = {
     "Mode": "values",
     "ProblemError": "beamforming.problem",
     "Scenario": "scenario.model",
-    "ScenarioError": "scenario.load",
+    "ScenarioError": "scenario.checking",
     "Scheme": "schemes.base",
     "SchemeError": "schemes.base",
     "SchemeOfParts": "schemes.parts",

@@ -23,8 +23,10 @@ import echobeam
 from echobeam.beamforming.design import SOLVERS
 from echobeam.beamforming.document import ACCEPTED, answer_document, read_problem
 from echobeam.cli.main import COMMANDS, cli
-from echobeam.scenario.load import BUILT_IN, load_scenario
-from echobeam.scenario.model import PARAMETERS, Scenario
+from echobeam.scenario.built_in import BUILT_IN
+from echobeam.scenario.load import load_scenario
+from echobeam.scenario.model import Scenario
+from echobeam.scenario.tables import PARAMETERS
 from echobeam.schemes import registry
 from echobeam.schemes.configure import configure
 from echobeam.simulation.dataset import VARIABLES, coordinates

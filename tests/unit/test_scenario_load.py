@@ -6,12 +6,11 @@ import pytest
 from echobeam.scenario import (
     BUILT_IN,
     ScenarioError,
-    dump_scenario,
     load_scenario,
     preset_text,
-    validate,
-    with_trace,
 )
+from echobeam.scenario.checking import checked
+from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.model import Scenario
 
 FOLLOWING = {"array": {"n_rx"}, "truth": {"angle_std", "distance_std", "velocity_std"}}
@@ -23,7 +22,7 @@ PAPER = [name for name in BUILT_IN if name.startswith("paper")]
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_a_dumped_scenario_reads_back_bit_for_bit(name):
     scenario = load_scenario(name)
-    assert validate(tomllib.loads(dump_scenario(scenario)), "dumped") == scenario
+    assert checked(Scenario, tomllib.loads(dump_scenario(scenario)), "dumped") == scenario
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -132,7 +131,9 @@ def test_a_floor_above_the_height_is_reported_with_the_other_faults():
     assert "array.n_tx: 0 is not accepted" in message
     assert "uav.floor: 200 m is above uav.height, 100 m" in message
     with pytest.raises(ScenarioError, match=r"uav\.floor: 1 m is above uav\.height, 0\.5 m"):
-        validate({"name": "low", "uav": {"height": 0.5}}, "low")  # the floor is the default
+        checked(
+            Scenario, {"name": "low", "uav": {"height": 0.5}}, "low"
+        )  # the floor is the default
     assert load_scenario("paper-multi", {"uav.floor": "100 m"}).uav.floor == 100
 
 
@@ -194,7 +195,7 @@ def test_what_is_not_toml_says_so(tmp_path):
 
 
 def test_a_trace_takes_the_objects_place(tmp_path):
-    scenario = with_trace(load_scenario("paper-multi"), tmp_path / "t.csv")
+    scenario = load_scenario("paper-multi").with_trace(tmp_path / "t.csv")
     assert scenario.objects == ()
     assert scenario.trace is not None
     assert scenario.trace.max_objects == 2

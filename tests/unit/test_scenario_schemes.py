@@ -5,13 +5,14 @@ import tomllib
 
 import pytest
 
-from echobeam.scenario import ScenarioError, load_scenario, preset_text, validate
+from echobeam.scenario import ScenarioError, load_scenario, preset_text
+from echobeam.scenario.checking import checked
 from echobeam.scenario.model import Scenario
 
 
 def again(scenario):
     """Return the scenario that its own text gives."""
-    return validate(tomllib.loads(scenario.to_toml()), "dumped")
+    return checked(Scenario, tomllib.loads(scenario.to_toml()), "dumped")
 
 
 def test_schemes_may_be_tables_of_their_parameters(tmp_path):
@@ -24,7 +25,7 @@ def test_schemes_may_be_tables_of_their_parameters(tmp_path):
     assert scenario.schemes == ("pilot", "temporal")
     parameters = {"pilot": {}, "temporal": {"ripple": 1, "velocity_std": "2 m/s"}}
     assert scenario.scheme_parameters == parameters
-    assert validate(tomllib.loads(scenario.to_toml()), "dumped") == scenario
+    assert checked(Scenario, tomllib.loads(scenario.to_toml()), "dumped") == scenario
     same = load_scenario(
         "paper-multi",
         ["schemes=['pilot', 'temporal']", "schemes.temporal.ripple=1",
@@ -72,7 +73,7 @@ def test_another_list_of_schemes_drops_the_parameters():
 
 def test_parameters_keep_type_and_order_in_the_text():
     tables = {"b": {"flag": True, "one": 1, "real": 1.0, "text": "2 m/s"}, "a": {}}
-    scenario = validate({"name": "x", "schemes": tables}, "x")
+    scenario = checked(Scenario, {"name": "x", "schemes": tables}, "x")
     found = again(scenario).scheme_parameters
     assert found == tables
     assert list(found) == ["b", "a"]
@@ -81,7 +82,7 @@ def test_parameters_keep_type_and_order_in_the_text():
 
 def test_names_that_are_no_bare_keys_are_quoted():
     tables = {"cloud.py:particles": {"a b": 1, 'quoted"': 2, "": 3}}
-    scenario = validate({"name": "x", "schemes": tables}, "x")
+    scenario = checked(Scenario, {"name": "x", "schemes": tables}, "x")
     assert '[schemes."cloud.py:particles"]' in scenario.to_toml()
     assert again(scenario).scheme_parameters == tables
 
@@ -148,7 +149,7 @@ def test_schemes_that_are_no_names_take_no_parameters(tmp_path):
 def test_every_bad_table_is_reported_with_the_other_faults():
     document = {"name": "x", "schemes": {"a": 3, "b": {"c": []}}, "uav": {"height": -1}}
     with pytest.raises(ScenarioError) as caught:
-        validate(document, "x")
+        checked(Scenario, document, "x")
     message = str(caught.value)
     assert message.startswith("x: 3 faults")
     for key in ("schemes.a: 3 is", "schemes.b.c: [] is", "uav.height: -1 is"):

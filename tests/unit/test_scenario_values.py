@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from echobeam.scenario import BUILT_IN, ScenarioError, load_scenario, validate
+from echobeam.scenario import BUILT_IN, ScenarioError, load_scenario
+from echobeam.scenario.checking import checked, override_table
 from echobeam.scenario.dump import key_texts
-from echobeam.scenario.load import override_table
-from echobeam.scenario.model import CoverageTable, FilterTable, Scenario
+from echobeam.scenario.model import Scenario
+from echobeam.scenario.tables import CoverageTable, FilterTable
 
 TEXTS = st.text(st.characters(exclude_categories=("Cs",)))
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
@@ -54,7 +55,7 @@ def test_any_scenario_reads_back_from_its_text(description, height, angle, slot,
         objects=({"angle": angle},),
         frame={"slot": slot},
     )
-    assert validate(tomllib.loads(scenario.to_toml()), "dumped") == scenario
+    assert checked(Scenario, tomllib.loads(scenario.to_toml()), "dumped") == scenario
 
 
 def test_a_table_is_copied_with_the_files_own_care():

@@ -149,7 +149,8 @@ def read(
     InputError
         Tells all that is wrong at once.
     """
-    from echobeam.scenario.load import BUILT_IN, load_scenario, with_trace
+    from echobeam.scenario.built_in import BUILT_IN
+    from echobeam.scenario.load import load_scenario
     from echobeam.schemes.configure import configure_all
     from echobeam.simulation.run import check_count
 
@@ -158,7 +159,7 @@ def read(
         faults.of(_check_setting, text)
     scenario = faults.of(load_scenario, source, [text for text in overrides if "=" in text])
     if scenario is not None and trace is not None:
-        scenario = faults.of(with_trace, scenario, trace)
+        scenario = faults.of(scenario.with_trace, trace)
     for name in schemes:
         faults.of(configure_all, scenario or load_scenario(BUILT_IN[0]), [name])
     faults.of(check_count, 1 if trials is None else trials, 0)

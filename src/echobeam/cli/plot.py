@@ -35,13 +35,14 @@ def command(result: Path, out: Path | None, kinds: tuple[str, ...]) -> None:
     import tomllib
 
     from echobeam.plots import draw_all, picture_paths
-    from echobeam.scenario.load import validate
+    from echobeam.scenario.checking import checked
+    from echobeam.scenario.model import Scenario
     from echobeam.simulation.bound import with_bound
     from echobeam.store.result import open_result
     from echobeam.store.writing import check_writable
 
     with open_result(result) as dataset:
-        scenario = validate(tomllib.loads(dataset.attrs["scenario"]), str(result))
+        scenario = checked(Scenario, tomllib.loads(dataset.attrs["scenario"]), str(result))
         bounded = with_bound(dataset, scenario)
         target = out or result.with_suffix(".png")
         stem, suffix = target.parent / target.stem, target.suffix or ".png"

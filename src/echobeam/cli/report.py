@@ -107,7 +107,8 @@ def text_report(
         said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in lost.items())
         lines.append(f"objects without a track in the last slot: {said}")
     lines += _notes(figures, scenario)
-    nearest, far_field = float(result["truth"].sel(state="distance").min()), _far_field(scenario)
+    distance, far_field = result["truth"].sel(state="distance").to_numpy(), _far_field(scenario)
+    nearest = distance[np.isfinite(distance)].min(initial=np.inf)
     if nearest < far_field:
         lines.append(
             f"the far field of the array begins at {far_field:.0f} m (2 D^2 / lambda): objects as"

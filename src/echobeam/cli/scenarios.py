@@ -16,7 +16,7 @@ def command(name: str | None) -> None:
     echobeam scenarios
     echobeam scenarios paper-multi > mine.toml
     """
-    from echobeam.scenario.load import BUILT_IN, preset_text
+    from echobeam.scenario.built_in import BUILT_IN, preset_text
 
     if name is not None:
         click.echo(preset_text(name), nl=False)

@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
-from echobeam.scenario.load import ScenarioError, validate
+from echobeam.scenario.checking import ScenarioError, checked
+from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import split, system_for
 from echobeam.units import QuantityError, parse_quantity
 from echobeam.values import Mode
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from echobeam.scenario.model import Scenario
 
 
 class PlotError(InputError):
@@ -108,7 +107,7 @@ def read_scenario(result: xr.Dataset) -> Scenario | None:
     """Return the complete scenario of a result, None if its attributes do not hold one."""
     try:
         document = tomllib.loads(str(result.attrs["scenario"]))
-        return validate(document, "the result's scenario")
+        return checked(Scenario, document, "the result's scenario")
     except (KeyError, tomllib.TOMLDecodeError, ScenarioError):
         return None
 

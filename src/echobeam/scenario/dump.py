@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from echobeam.scenario.model import PARAMETERS, Scenario
+from echobeam.scenario.tables import PARAMETERS
 from echobeam.units import UNITS, parse_quantity
 
 _PREFERRED = {
@@ -25,11 +26,11 @@ _PREFERRED = {
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def dump_scenario(scenario: Scenario) -> str:
-    """Return a complete TOML text; loading it gives an equal scenario, bit for bit."""
-    parameters = scenario.scheme_parameters
+def dump_scenario(scenario: BaseModel) -> str:
+    """Return a scenario's complete TOML text; loading it gives an equal one, bit for bit."""
+    parameters: Mapping[str, Mapping[str, Any]] = getattr(scenario, PARAMETERS)
     lines = _assignments(scenario, without=("schemes",) if parameters else ())
-    for name in Scenario.model_fields:
+    for name in type(scenario).model_fields:
         value = getattr(scenario, name)
         if isinstance(value, BaseModel):
             lines += ["", f"[{name}]", *_assignments(value)]

@@ -15,13 +15,7 @@ import numpy as np
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
 from echobeam.physics.variance_law import VarianceLaw
-from echobeam.scenario.model import (
-    ArrayTable,
-    CoverageTable,
-    FilterTable,
-    FrameTable,
-    RadioTable,
-)
+from echobeam.scenario.tables import ArrayTable, CoverageTable, FilterTable, FrameTable, RadioTable
 from echobeam.values import (
     Array,
     BoolArray,

@@ -11,7 +11,7 @@ from echobeam.beamforming.design import design_batch
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.faults import InputError
 from echobeam.physics.link import channel_loss
-from echobeam.scenario.model import CoverageTable
+from echobeam.scenario.tables import CoverageTable
 from echobeam.schemes.base import System, View
 from echobeam.schemes.matched import matched_beams
 from echobeam.values import Array, BoolArray, ComplexArray, Tracks

@@ -16,10 +16,11 @@ from pydantic import BaseModel
 
 from echobeam.physics.array import LinearArray
 from echobeam.physics.variance_law import VarianceLaw
+from echobeam.scenario.checking import override_table, read_value
 from echobeam.scenario.dump import key_texts
-from echobeam.scenario.load import override_table, read_value
-from echobeam.scenario.model import CoverageTable, FilterTable, Scenario
+from echobeam.scenario.model import Scenario
 from echobeam.scenario.quantities import ripple_value
+from echobeam.scenario.tables import CoverageTable, FilterTable
 from echobeam.schemes.base import Scheme, SchemeError, System
 from echobeam.schemes.doors import as_scheme
 from echobeam.schemes.parameters import own_parameters, part_names, set_parameter, table_keys

@@ -11,7 +11,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar, get_type_hints
 
 from echobeam.faults import InputError
-from echobeam.scenario.model import CoverageTable, FilterTable
+from echobeam.scenario.tables import CoverageTable, FilterTable
 from echobeam.schemes.base import SchemeError
 from echobeam.schemes.parts import SchemeOfParts
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from echobeam.physics.polar import POLAR
-from echobeam.scenario.model import FilterTable
+from echobeam.scenario.tables import FilterTable
 from echobeam.schemes.base import View
 from echobeam.tracking import filter as ekf
 from echobeam.tracking.initial import initial_state

@@ -13,7 +13,8 @@ from echobeam.physics.angles import exact_cosine
 from echobeam.physics.geometry import along_road, polar_state
 from echobeam.physics.motion import Flight, initial_distance, move_along_road
 from echobeam.scenario.load import trace_path
-from echobeam.scenario.model import Scenario, TraceTable
+from echobeam.scenario.model import Scenario
+from echobeam.scenario.tables import TraceTable
 from echobeam.simulation.randomness import Use, object_normals
 from echobeam.traces import TraceMotion, load_motion, road_between
 from echobeam.values import Array, IntArray, UavState

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from echobeam.scenario.load import ScenarioError, load_scenario
+from echobeam.scenario.checking import ScenarioError
+from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import configure_all
 from echobeam.simulation.blocks import Advance, cut, run_block

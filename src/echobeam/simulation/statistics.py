@@ -16,7 +16,8 @@ import numpy.typing as npt
 from echobeam.estimation.consistency import nees, nis
 from echobeam.estimation.gaussian import wrap
 from echobeam.physics.polar import POLAR
-from echobeam.scenario.model import CoverageTable, Scenario
+from echobeam.scenario.model import Scenario
+from echobeam.scenario.tables import CoverageTable
 from echobeam.schemes.configure import system_for
 from echobeam.simulation.bound import bound_terms
 from echobeam.tracking.measurement import measurement_jacobian, predict_measurement

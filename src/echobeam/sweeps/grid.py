@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from echobeam.faults import InputError
-from echobeam.scenario.load import load_scenario, with_trace
+from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.dataset import attributes
 from echobeam.simulation.summary import SchemeSummary, summarise_statistics
@@ -101,7 +101,7 @@ class Grid:
             settings = [f"{key}={value}" for key, value in zip(keys, values, strict=True)]
             scenario = load_scenario(self.source, [*self.overrides, *settings])
             if self.trace is not None:
-                scenario = with_trace(scenario, self.trace)
+                scenario = scenario.with_trace(self.trace)
             points.append(
                 Point(
                     name=", ".join(settings),

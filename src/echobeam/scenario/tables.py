@@ -1,0 +1,209 @@
+"""Tables of a scenario: typed, frozen, validated, with units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+)
+
+from echobeam.scenario.quantities import (
+    Acceleration,
+    Angle,
+    Frequency,
+    Length,
+    Number,
+    Rate,
+    Ripple,
+    Speed,
+    Time,
+)
+from echobeam.units import SPEED_OF_LIGHT
+from echobeam.values import Axis
+
+Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
+Antennas = Annotated[int, Field(strict=True, ge=1, le=4096)]
+
+DEFAULT_SCHEMES = ("temporal", "pilot")
+"""Schemes that a scenario runs if it names none."""
+
+PARAMETERS = "scheme_parameters"
+"""Field of a scenario that a file has as ``[schemes.NAME]``."""
+
+
+class Table(BaseModel):
+    """Table of a scenario file: unknown keys are errors, nothing changes once it is read."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy; values that are replaced are validated, unlike pydantic's own.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            If a value is not accepted.
+        """
+        if not update:
+            return super().model_copy(deep=deep)
+        return type(self).model_validate(self.model_dump() | dict(update))
+
+
+class ArrayTable(Table):
+    """Transmit and receive uniform linear arrays of the UAV, Eq. (4)."""
+
+    n_tx: Antennas = 30
+    n_rx: Antennas | None = None
+    """As many as n_tx if left out."""
+    spacing: Annotated[Number, Field(gt=0)] = 0.5
+    """Antenna spacing in wavelengths."""
+    axis: Axis = "vertical"
+
+    @property
+    def receivers(self) -> int:
+        """N_r."""
+        return self.n_tx if self.n_rx is None else self.n_rx
+
+
+class RadioTable(Table):
+    """Communication link, Eqs. (3)-(10)."""
+
+    carrier: Annotated[Frequency, Field(gt=0)] = 30e9
+    power: Annotated[Number, Field(gt=0)] = 1.0
+    """P_T, linear."""
+    noise: Annotated[Number, Field(gt=0)] = 1.0
+    """sigma_C^2."""
+    alpha0: Annotated[Number, Field(gt=0)] = 1.0
+    """Channel amplitude at 1 m."""
+
+    @property
+    def wavelength(self) -> float:
+        """Lambda = c / f_c, m."""
+        return SPEED_OF_LIGHT / self.carrier
+
+
+class RadarTable(Table):
+    """Echo and the accuracy of its measurement, Eqs. (11)-(24)."""
+
+    rcs: tuple[Number, Number] = (120.0, 120.0)
+    """Complex radar cross-section epsilon: real and imaginary part, Eq. (12)."""
+    gain: Annotated[Number, Field(gt=0)] = 10.0
+    """G_m of the matched filter, Eq. (13)."""
+    bandwidth: Annotated[Frequency, Field(gt=0)] = 80e6
+    """Kappa, Eq. (20)."""
+    pulse_length: Annotated[Time, Field(gt=0)] = 1e-5
+    """Iota, Eq. (21)."""
+    noise: Annotated[Number, Field(gt=0)] = 1.0
+    """sigma^2."""
+    crb: Literal["paper", "exact"] = "paper"
+    """Measurement variances: Eqs. (20)-(23), or the Fisher information."""
+    variance: Literal["predicted", "known"] = "predicted"
+    """Variance that a scheme is given: the bound at its own prediction, or at the true state."""
+    model: Literal["crb"] = "crb"
+    """Measurements are Gaussian with the variance of the bound, Eq. (24)."""
+
+
+class UavTable(Table):
+    """Flight of the UAV: constant velocity until it levels off at the floor."""
+
+    height: Annotated[Length, Field(gt=0)] = 100.0
+    speed: Annotated[Speed, Field(ge=0)] = 0.0
+    heading: Annotated[Angle, Field(ge=-math.pi, le=math.pi)] = -math.pi / 2
+    """Angle of the velocity above the horizontal; -90 degrees descends."""
+    floor: Annotated[Length, Field(gt=0, validate_default=True)] = 1.0
+    """Height at which a descending UAV levels off; at most the height that it starts at."""
+
+    @field_validator("floor")
+    @classmethod
+    def _check_floor(cls, floor: float, info: ValidationInfo) -> float:
+        height = info.data.get("height", math.inf)
+        if floor > height:
+            raise ValueError(
+                f"{floor:g} m is above uav.height, {height:g} m; expected at most the height"
+            )
+        return floor
+
+
+class ObjectTable(Table):
+    """Start of one object, along the road."""
+
+    angle: Annotated[Angle, Field(gt=0, lt=math.pi)]
+    velocity: Speed = 0.0
+    acceleration: Acceleration = 0.0
+
+
+class FrameTable(Table):
+    """Frame structure: the first slot of every frame is omnidirectional (or the pilot)."""
+
+    slot: Annotated[Time, Field(gt=0)] = 0.01
+    slots_per_frame: Count = 10
+    frames: Count = 1
+
+
+class FilterTable(Table):
+    """Extended Kalman filter, Eqs. (35), (39)-(49)."""
+
+    angle_std: Annotated[Angle, Field(ge=0)] = math.radians(0.02)
+    distance_std: Annotated[Length, Field(ge=0)] = 0.2
+    velocity_std: Annotated[Speed, Field(ge=0)] = 0.5
+    """Process noise per slot, Eq. (40)."""
+    evolution: Literal["paper", "exact"] = "paper"
+    """First order as in the paper (corrected), or closed form."""
+    velocity_prior: Annotated[Speed, Field(ge=0)] = 0.0
+    """Standard deviation of a zero-mean prior on a new object's velocity; 0 means none."""
+
+
+class CoverageTable(Table):
+    """Requirements of the beam designs, Eqs. (38e), (38f)."""
+
+    width: Annotated[Number, Field(ge=0)] = 3.0
+    """Half-width l of the covered interval in standard deviations."""
+    ripple: Ripple = "0.1 N_t"
+    """B_k: a number, or a multiple of the array's size such as "0.1 N_t"."""
+    resolution: Annotated[Angle, Field(gt=0)] = math.radians(0.1)
+    """Step of the covered grid of angles."""
+    min_rate: Annotated[Rate, Field(ge=0)] = 0.0
+    """Gamma_k, bit/s/Hz."""
+    spread: Literal["measurement", "posterior"] = "measurement"
+    """sigma_theta of (38f): bound of the last directional measurement, or the prior's own."""
+    centre: Literal["predicted", "previous"] = "predicted"
+    """Angle of (38f): the prediction, or the estimate of the slot before, as printed."""
+    max_halfwidth: Annotated[Angle, Field(gt=0, le=math.pi / 2)] = math.pi / 4
+    """Widest coverage that is asked for when the angle is hardly known."""
+
+
+class TruthTable(Table):
+    """Process noise of nature, on top of the kinematic motion."""
+
+    process_noise: bool = False
+    """Noise on each object's position along the road and on its velocity.
+
+    Of the angle and distance noise the part along the road acts: the UAV's height does not wander.
+    """
+    angle_std: Annotated[Angle, Field(ge=0)] | None = None
+    distance_std: Annotated[Length, Field(ge=0)] | None = None
+    velocity_std: Annotated[Speed, Field(ge=0)] | None = None
+    """Standard deviations for each slot; the filter's if left out."""
+
+
+class TraceTable(Table):
+    """Trace that moves the objects, instead of ``[[objects]]``."""
+
+    file: str
+    """SUMO FCD XML or CSV, plain or .gz; relative to the scenario file."""
+    max_objects: Annotated[int, Field(strict=True, ge=1, le=1000)] = 3
+    range: Annotated[Length, Field(gt=0)] = 200.0
+    """Served are the nearest vehicles within this distance on the ground."""
+    start: Time | None = None
+    """Time in the trace at slot 1; the trace's beginning if left out."""
+    road: tuple[Length, Length, Length, Length] | None = None
+    """Two points x1, y1, x2, y2 on the road's axis; fitted to all positions if left out."""
+    origin: Length | None = None
+    """Position along the road below which the UAV starts; the middle if left out."""
