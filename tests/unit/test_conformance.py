@@ -73,6 +73,30 @@ def test_a_scheme_that_reads_the_truth_out_of_variances_is_caught():
         check_scheme(cheat)
 
 
+def test_a_filter_that_is_handed_the_true_angle_is_caught():
+    """The measurement is put right before an honest filter sees it; only slot 2 is exact."""
+
+    class Cheat(ExtendedKalman):
+        def update(self, prior, detections, view):
+            n, kappa = view.system.array.n_tx, view.system.law.bandwidth
+            value, variance = detections.value.copy(), detections.variance.copy()
+            with np.errstate(invalid="ignore"):  # objects that were not measured
+                cosine = np.sqrt(
+                    variance[..., 1] / variance[..., 0] * kappa**2 * 12 / (np.pi**2 * (n**2 - 1))
+                )
+                angle = np.arccos(np.clip(cosine, 0.0, 1.0))
+                behind = value[..., 0] > np.pi / 2
+                value[..., 0] = np.where(behind, np.pi - angle, angle)
+                value[..., 1] = 2.0 * view.uav.position[2] / np.sin(angle) / 299792458.0
+            variance *= np.array([1e-6, 1e-6, 1.0])
+            put_right = replace(detections, value=value, variance=variance)
+            return super().update(prior, put_right, view)
+
+    cheat = SchemeOfParts("cheat", ClockedFrame(), Cheat(), MatchedBeamer())
+    with pytest.raises(ConformanceError, match="estimates of distance of slot 1 follow the truth"):
+        check_scheme(cheat)
+
+
 def test_a_track_that_passes_to_another_object_is_caught():
     """The mutant that never forgets when a column has a new occupant."""
 

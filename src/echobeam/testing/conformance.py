@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
+from echobeam.physics.polar import POLAR
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import ConfiguredScheme, configure
 from echobeam.simulation.loop import SlotRecord, run_slots
@@ -14,13 +16,22 @@ from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import World, begin
 from echobeam.values import NOBODY, UavState
 
+Numbers = npt.NDArray[np.float64] | npt.NDArray[np.complex128]
+
 TRIALS = range(2)
 SEED = 2024
 OTHER_SEED = 2025
 
-SAME_BEAMS = 1e-6
-"""Relative distance below which beams of two runs count as the same: far below what any other
-draw of the measurement noise makes of them, far above rounding."""
+MOVED = 5.0
+"""m along the road by which all objects are elsewhere: as much as the first measurement's error."""
+
+ROUNDING = 1e-9
+"""Relative change below which two values are the same."""
+
+INSENSITIVE = 1e-3
+"""Change that other noise makes, relative to the change that another truth makes, below which a
+scheme has more than its measurements: whatever it makes of these, both move it about equally, after
+some slots the noise a tenth or a hundredth as much."""
 
 
 class ConformanceError(AssertionError):
@@ -89,8 +100,8 @@ def check_scheme(scheme: str | object) -> None:
     Its beams must be finite and within the power, whatever is known; the same seed must give the
     same run. No beam may depend on what happens after it: states, occupants and roster are bent
     after a slot, and no beam up to that slot may move. No track may be there before the first
-    detection of its object. And no beam may follow the truth without following the measurements,
-    as it would if the scheme read the truth out of the variances that the reading
+    detection of its object. And no estimate and no beam may follow the truth without following the
+    measurements, as it would if the scheme read the truth out of the variances that the reading
     ``radar.variance = "known"`` gives. An omniscient scheme is free of the last two rules.
 
     Parameters
@@ -198,27 +209,58 @@ def _check_first_detections(scheme: ConfiguredScheme, records: list[SlotRecord])
         }
 
 
+@dataclass(frozen=True, slots=True)
+class Elsewhere:
+    """A mover whose objects are `MOVED` further along the road, from the first slot on."""
+
+    mover: Mover
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the objects."""
+        return self.mover.names
+
+    def begin(self) -> Ground:
+        """Return the objects in the first slot."""
+        ground = self.mover.begin()
+        return replace(ground, position=ground.position + np.array([MOVED, 0.0, 0.0]))
+
+    def advance(self, ground: Ground, slot: int, uav: UavState, seed: int, trials: range) -> Ground:
+        """Return the objects one slot later."""
+        return self.mover.advance(ground, slot, uav, seed, trials)
+
+
 def _check_measured(scheme: ConfiguredScheme, n_objects: int) -> None:
-    """Check that beams which follow the truth follow the measurements too."""
+    """Check that what follows the truth follows the measurements too: estimates and beams."""
     scene = scene_of(small_scenario(n_objects, variance="known"))
-    world = begin(scene, SEED, TRIALS)
-    records = list(run_slots(world, scheme))
-    other_luck = list(run_slots(replace(world, seed=OTHER_SEED), scheme))
-    moved = Bent(scene.mover, 1)
-    other_truth = list(run_slots(bent_world(world, moved), scheme))
-    for one, luck, truth in zip(records[2:], other_luck[2:], other_truth[2:], strict=True):
-        if _close(one, luck) and not _close(one, truth):
-            raise ConformanceError(
-                f"{scheme.name}: the beams of slot {one.slot} follow the truth and not the "
-                "measurements; it reads the truth out of the variances"
-            )
+    elsewhere = replace(scene, mover=Elsewhere(scene.mover))
+    records, other_noise, other_truth = (
+        list(run_slots(begin(where, seed, TRIALS), scheme))
+        for where, seed in ((scene, SEED), (scene, OTHER_SEED), (elsewhere, SEED))
+    )
+    for one, noise, truth in zip(records, other_noise, other_truth, strict=True):
+        for what, values in _followers(one, noise, truth).items():
+            by_noise, by_truth = _changes(*values)
+            if by_noise < INSENSITIVE * by_truth:
+                raise ConformanceError(
+                    f"{scheme.name}: the {what} of slot {one.slot} follow the truth and not the "
+                    "measurements; it reads the truth out of the variances"
+                )
 
 
-def _close(one: SlotRecord, other: SlotRecord) -> bool:
-    """Return whether two slots have the same beams, whatever their phases; not if none are sent."""
-    sent = np.isfinite(one.beam) & np.isfinite(other.beam)
-    if not sent.any():
-        return False
-    beams, others = (np.where(sent, record.beam, 0.0) for record in (one, other))
-    size = float(np.linalg.norm(beams))
-    return size > 0.0 and float(np.linalg.norm(beams - others)) <= SAME_BEAMS * size
+def _followers(*records: SlotRecord) -> dict[str, list[Numbers]]:
+    """Return what depends on measurements, by name: every estimated component, and the beams."""
+    found: dict[str, list[Numbers]] = {"beams": [record.beam for record in records]}
+    for place, name in enumerate(POLAR.names):
+        found[f"estimates of {name}"] = [record.estimated[..., place] for record in records]
+    return found
+
+
+def _changes(value: Numbers, noise: Numbers, truth: Numbers) -> tuple[float, float]:
+    """Return the root mean square changes that noise and truth make, where all are numbers."""
+    there = np.isfinite(value) & np.isfinite(noise) & np.isfinite(truth)
+    by_noise, by_truth = (
+        float(np.linalg.norm(np.where(there, other - value, 0.0))) for other in (noise, truth)
+    )
+    scale = float(np.linalg.norm(np.where(there, value, 0.0)))
+    return by_noise, by_truth if by_truth > ROUNDING * scale else 0.0
