@@ -40,12 +40,10 @@ def start(arguments):
 
 
 def finish(arguments):
-    """Let a command come through; return how long it took."""
-    begun = time.monotonic()
+    """Let a command come through."""
     process = start(arguments)
     out, err = process.communicate(timeout=300)
     assert (process.returncode, out) == (0, ""), err
-    return time.monotonic() - begun
 
 
 def contents(directory):
@@ -66,16 +64,26 @@ class Tally:
     between: int = 0
 
 
-def kill_and_resume(arguments, place, kills, life, generator, tally):
-    """Kill a command at random moments of its life; then let it come through."""
+def blocks(place):
+    return sum(path.suffix == ".npz" for path in place.rglob("*"))
+
+
+def kill_and_resume(arguments, place, kills, generator, tally):
+    """Kill a command some blocks after its start, at a random moment; then let it come through.
+
+    Progress is counted in blocks, not in time, which depends on how busy the machine is.
+    """
     for _ in range(kills):
         process = start([*arguments, "--resume"])
-        try:
-            process.wait(generator.uniform(0, life))
-        except subprocess.TimeoutExpired:
+        enough = blocks(place) + generator.integers(0, 3)
+        while process.poll() is None and blocks(place) < enough:
+            time.sleep(0.002)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(generator.uniform(0.0, 0.1))
+        if process.poll() is None:
             os.kill(process.pid, signal.SIGKILL)  # alone: workers must end by themselves
             tally.kills += 1
-            tally.between += any(path.suffix == ".npz" for path in place.rglob("*"))
+            tally.between += blocks(place) > 0
         process.communicate()
     finish([*arguments, "--resume"])
 
@@ -84,15 +92,15 @@ def kill_and_resume(arguments, place, kills, life, generator, tally):
 def test_fifty_runs_killed_at_random_come_to_the_same_bytes(tmp_path):
     whole = tmp_path / "whole"
     whole.mkdir()
-    life = finish([*RUN, "--out", whole / "r.nc"])
+    finish([*RUN, "--out", whole / "r.nc"])
     generator, tally = np.random.default_rng(50), Tally()
     for number in range(50):
         place = tmp_path / str(number)
         place.mkdir()
         kills = 3 if number % 5 == 0 else 1
-        kill_and_resume([*RUN, "--out", place / "r.nc"], place, kills, life, generator, tally)
+        kill_and_resume([*RUN, "--out", place / "r.nc"], place, kills, generator, tally)
         assert contents(place) == contents(whole), number
-    assert tally.kills >= 50
+    assert tally.kills >= 25
     assert tally.between >= 10
 
 
@@ -109,21 +117,18 @@ def test_fifty_runs_killed_at_random_come_to_the_same_bytes(tmp_path):
 def test_other_commands_killed_at_random_come_to_the_same_bytes(
     tmp_path, monkeypatch, command, out, kills
 ):
-    generator, tally, lives = np.random.default_rng(51), Tally(), []
-    if command is REPRODUCE:  # what is compiled once and kept is not part of a process's life
-        finish(["run", "paper-single", "--scheme", "temporal", "--trials", 1, "--quiet",
-                "--out", tmp_path / "first.nc"])  # fmt: skip
+    generator, tally = np.random.default_rng(51), Tally()
     places = [tmp_path / "whole", tmp_path / "killed"]
     for place in places:
         place.mkdir()
         monkeypatch.chdir(place)
         arguments = [*command, "--out", out]
-        if lives:
-            kill_and_resume(arguments, place, kills, lives[0], generator, tally)
+        if place is places[0]:
+            finish(arguments)
         else:
-            lives.append(finish(arguments))
+            kill_and_resume(arguments, place, kills, generator, tally)
     assert contents(places[0]) == contents(places[1])
-    assert tally.kills >= kills / 2
+    assert tally.kills >= 1
 
 
 def children_of(pid):
@@ -136,7 +141,7 @@ def gone(pid):
     return True
 
 
-def wait_for(condition, seconds=20.0):
+def wait_for(condition, seconds=120.0):
     """Wait until a condition holds; return what it gave."""
     end = time.monotonic() + seconds
     while not (found := condition()):
