@@ -130,6 +130,10 @@ def test_blocks_of_another_run_are_refused_and_kept(tmp_path, monkeypatch):
 HERE = engine_here()
 OTHERS = {
     "version": (HERE._replace(version="0.0.1"), f"version 0.0.1; here it is {HERE.version}"),
+    "environment": (
+        HERE._replace(environment="python 3.9; numpy 1.26.0"),
+        f"python 3.9; numpy 1.26.0; here it is {HERE.environment}",
+    ),
     "sources": (HERE._replace(sources="?"), f"other code of version {HERE.version} than here"),
 }
 

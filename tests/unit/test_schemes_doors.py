@@ -162,7 +162,7 @@ half = Parametrised(0.1)
         ("scheme_of('r', tracker=Raising())", r"raised KeyError in update of slot 1 \(.*line 15\)"),
         ("scheme_of('w', tracker=Writing())", "raised ValueError in update.*read-only"),
         ("scheme_of('t', tracker=Trackless())", "belief of type int from predict.*no tracks"),
-        ("scheme_of('u', frame=Unphased())", r"gives mode 9 in slot 1; expected 0 \(omni\)"),
+        ("scheme_of('u', frame=Unphased())", r"frame Unphased: mode is 9; expected 0 \(omni\)"),
         ("leaving", r"raised SystemExit in transmit of slot 2 \(.*\): 5"),
         ("silent", "returned nothing in slot 2"),
     ],

@@ -162,8 +162,14 @@ def too_many(view):
         (too_many, "sends 3 streams in slot 1 where there are 2 tracks"),
         (lambda view: decision(view, addressee=view.roster + 7), "addresses a stream to 7"),
         (lambda view: decision(view, addressee=0 * view.roster), "sends two streams to one track"),
-        (lambda view: decision(view, mode=np.zeros(1, np.int8)), r"sent mode of shape \(1,\)"),
-        (lambda view: decision(view, covered=np.zeros(3)), r"sent covered of shape \(3,\)"),
+        (
+            lambda view: decision(view, mode=np.zeros(1, np.int8)),
+            r"decision of slot 1: mode is of shape \(1,\)",
+        ),
+        (
+            lambda view: decision(view, covered=np.zeros(3)),
+            r"covered is of shape \(3,\); expected \(4, 2\)",
+        ),
         (lambda view: None, "returned NoneType from transmit of slot 1; expected an echobeam.Dec"),
         (
             lambda view: decision(
@@ -189,7 +195,10 @@ def test_tracks_of_a_wrong_shape_are_named():
             return Flat(replace(tracks, cov=tracks.cov[..., 0]))
 
     scheme = SchemeOfParts("strange", ClockedFrame(), Strange(), MatchedBeamer())
-    with pytest.raises(SchemeError, match=r"tracks with cov of shape \(4, 2, 3\).*\(4, 2, 3, 3\)"):
+    with pytest.raises(
+        SchemeError,
+        match=r"tracks from predict of slot 1: cov is of shape \(4, 2, 3\); expected \(4, 2, 3, 3",
+    ):
         records_of(scheme)
 
 

@@ -5,7 +5,7 @@ from scipy import stats
 import echobeam as eb
 from echobeam.scenario import ScenarioError
 from echobeam.simulation.blocks import cut
-from echobeam.simulation.randomness import Use, object_normals, trial_normals
+from echobeam.simulation.randomness import SchemeNormals, Use, object_normals, scheme_key
 from echobeam.testing.conformance import small_scenario
 
 SCHEMES = ["water-filling", "omni", "pilot-needle"]
@@ -16,6 +16,10 @@ KEY = {"seed": 7, "slot": 3, "use": Use.MEASUREMENT}
 
 def drawn(trials, objects=(0, 1), **changes):
     return object_normals(**{**KEY, **changes}, trials=trials, objects=np.array(objects), count=3)
+
+
+def normals(seed, trials, slot, shape):
+    return SchemeNormals(scheme_key(seed), trials, slot, Use.SCHEME)(shape)
 
 
 def test_draws_depend_on_seed_trial_slot_use_and_object_alone():
@@ -29,7 +33,7 @@ def test_draws_depend_on_seed_trial_slot_use_and_object_alone():
         drawn(range(10), use=Use.PROCESS),
         drawn(range(10), objects=(2, 3)),
         drawn(range(10, 20)),
-        trial_normals(7, range(10), 3, Use.MEASUREMENT, (2, 3)),
+        normals(7, range(10), 3, (2, 3)),
     ]
     for other in others:
         assert not np.isin(other, together).any()
@@ -42,10 +46,10 @@ def test_an_empty_column_draws_nothing():
 
 
 def test_a_schemes_draws_depend_on_its_trial_alone_and_repeat():
-    together = trial_normals(0, range(5), 2, Use.SCHEME, (4, 3))
-    alone = trial_normals(0, range(3, 4), 2, Use.SCHEME, (4, 3))
+    together = normals(0, range(5), 2, (4, 3))
+    alone = normals(0, range(3, 4), 2, (4, 3))
     np.testing.assert_array_equal(together[3:4], alone)
-    longer = trial_normals(0, range(5), 2, Use.SCHEME, (6, 3))
+    longer = normals(0, range(5), 2, (6, 3))
     np.testing.assert_array_equal(longer[:, :4], together)  # more draws only add some
 
 
@@ -53,7 +57,7 @@ def test_a_schemes_draws_depend_on_its_trial_alone_and_repeat():
     "z",
     [
         object_normals(0, range(10000), 0, Use.MEASUREMENT, np.arange(2), 3).ravel(),
-        trial_normals(0, range(60), 5, Use.SCHEME, (1000,)).ravel(),
+        normals(0, range(60), 5, (1000,)).ravel(),
     ],
 )
 def test_draws_are_standard_normal(z):

@@ -24,7 +24,8 @@ scheme = click.option(
     "schemes",
     multiple=True,
     metavar="NAME",
-    help="Scheme by name, or path/to/file.py:name; repeatable. Default: the scenario's.",
+    help="Scheme by name or path/to/file.py:name, with parameters as in temporal:ripple=1; "
+    "repeatable. Default: the scenario's.",
 )
 trials = click.option(
     "--trials", type=int, metavar="N", help="Number of trials. Default: the scenario's."
@@ -162,6 +163,8 @@ def read(
         scenario = faults.of(scenario.with_trace, trace)
     for name in schemes:
         faults.of(configure_all, scenario or load_scenario(BUILT_IN[0]), [name])
+    if scenario is not None and not schemes:
+        faults.of(_labelled, source, configure_all, scenario, None)
     faults.of(check_count, 1 if trials is None else trials, 0)
     faults.of(check_count, 1, seed)
     for further in also:
@@ -170,6 +173,16 @@ def read(
     assert scenario is not None
     count = scenario.trials if trials is None else trials
     return Asked(scenario, tuple(schemes) or scenario.schemes, count, seed)
+
+
+def _labelled(label: str, read: Callable[..., Found], *arguments: object) -> Found:
+    """Return what a call gives; its fault says where it stands."""
+    try:
+        return read(*arguments)
+    except InputError as error:
+        raise InputError(
+            "\n".join(f"{label}: {line}" for line in str(error).splitlines())
+        ) from None
 
 
 def _check_setting(text: str) -> None:

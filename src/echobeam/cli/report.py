@@ -102,7 +102,7 @@ def text_report(
     if fallbacks:
         said = ", ".join(f"{name} {count}" for name, count in fallbacks.items())
         lines.append(f"slots with fallback beams (rate floors out of reach): {said}")
-    lost = {name: figure.lost for name, figure in figures.items() if figure.lost}
+    lost = {name: figure.lost for name, figure in figures.items() if figure.lost > 0}
     if lost:
         said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in lost.items())
         lines.append(f"objects without a track in the last slot: {said}")

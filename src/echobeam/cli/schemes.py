@@ -31,8 +31,8 @@ def command() -> None:
             click.echo(_filled(parameters))
     click.echo(
         "\nParameters of [filter] and [coverage] default to the scenario's; shown are those\n"
-        "of an empty scenario. Parts that can be exchanged, as in temporal:tracker=held, by name\n"
-        "or by path/to/file.py:name:"
+        "of an empty scenario. Parts that can be exchanged by name or by path/to/file.py:name,\n"
+        "as in temporal:tracker=dead-reckoning:"
     )
     for kind in PARTS:
         click.echo(f"\n{kind}")

@@ -199,25 +199,26 @@ def no_tracks(roster: IntArray, size: int = 3) -> Tracks:
     )
 
 
-def reported(belief: object, scheme: str, call: str) -> Tracks:
+def reported(belief: Any, whose: str, call: str) -> Tracks:
     """Return the tracks of a belief.
 
     Parameters
     ----------
     belief
         As a scheme or a tracker returned it.
-    scheme, call
-        Name of the scheme and of the call, for the message.
+    whose, call
+        Scheme or tracker, and the call, for the message.
 
     Raises
     ------
     SchemeError
         If it reports none.
     """
-    tracks = getattr(belief, "tracks", None)
+    there = hasattr(type(belief), "tracks") or "tracks" in getattr(belief, "__dict__", {})
+    tracks = belief.tracks if there else None
     if not isinstance(tracks, Tracks):
         raise SchemeError(
-            f"scheme {scheme!r} returned a belief of type {type(belief).__name__} from {call} "
+            f"{whose} returned a belief of type {type(belief).__name__} from {call} "
             "that reports no tracks; expected an attribute `tracks` of type echobeam.Tracks"
         )
     return tracks

@@ -191,6 +191,11 @@ class HeldBeams:
         """Keys of the scenario that the design depends on."""
         return self.beamer.parameters
 
+    @property
+    def aim(self) -> Target:
+        """Belief that the held beams are made from."""
+        return self.beamer.aim
+
     def beams(self, aim: Aim, view: View) -> Beams:
         """Return the beams of the frame, none for an object that has left."""
         held = view.memory

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 from pydantic import BaseModel
 
+from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.checking import override_table, read_value
@@ -24,6 +25,7 @@ from echobeam.scenario.tables import CoverageTable, FilterTable
 from echobeam.schemes.base import Scheme, SchemeError, System
 from echobeam.schemes.doors import as_scheme
 from echobeam.schemes.parameters import own_parameters, part_names, set_parameter, table_keys
+from echobeam.schemes.parts import SchemeOfParts, misfits
 from echobeam.schemes.registry import find_part, find_scheme
 
 _TEXT = re.compile(r"(?P<base>.+?)(?::(?P<parameters>[A-Za-z_]\w*=.*))?", re.DOTALL)
@@ -60,7 +62,14 @@ def configure_all(
         asked: Sequence[str | object] = scenario.schemes
     else:
         asked = [schemes] if isinstance(schemes, str) else schemes
-    found = [configure(scenario, item) for item in asked]
+    found, faults = [], []
+    for item in asked:
+        try:
+            found.append(configure(scenario, item))
+        except InputError as error:
+            faults.append(str(error))
+    if faults:
+        raise SchemeError("\n".join(faults))
     names = [one.name for one in found]
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
@@ -83,11 +92,29 @@ def configure(scenario: Scenario, asked: str | object) -> ConfiguredScheme:
         return ConfiguredScheme(scheme.name, scheme, system_of(scenario))
     base, text = split(asked)
     scheme = find_scheme(base)
-    given = scenario.scheme_parameters.get(asked) or scenario.scheme_parameters.get(base) or {}
-    values = {**given, **_values(text, asked)}
+    values = _given(scenario, asked)
     name = f"{scheme.name}:{text}" if text else scheme.name
     scheme, system = _with_parameters(scheme, values, scenario, f"scheme {asked}")
     return ConfiguredScheme(name, scheme, system)
+
+
+def _given(scenario: Scenario, asked: str) -> dict[str, object]:
+    """Return the parameters of a scheme's text: its own, then those of the scenario's tables.
+
+    Raises
+    ------
+    SchemeError
+        If the scenario's table of this very text says something else than the text.
+    """
+    base, text = split(asked)
+    values, tables = _values(text, asked), scenario.scheme_parameters
+    for key, value in tables.get(asked, {}).items():
+        if key in values and values[key] != value:
+            raise SchemeError(
+                f"scheme {asked}: {key}: {value!r} in its table contradicts its name; "
+                "give it in one of the two"
+            )
+    return {**tables.get(base, {}), **tables.get(asked, {}), **values}
 
 
 def system_of(
@@ -109,12 +136,16 @@ def system_of(
 def system_for(scenario: Scenario, name: str) -> System:
     """Return the system that the scheme of a name in a result was given.
 
-    A user's scheme, whose file the result does not name, is taken to read all keys.
+    A user's scheme, whose file the result does not name, is taken to read all keys; the scenario's
+    table is that of a file's scheme of this name.
     """
+    base, text = split(name)
+    files = [key for key in scenario.scheme_parameters if split(key)[0].endswith(f".py:{base}")]
+    asked = f"{split(files[0])[0]}:{text}".removesuffix(":") if files else name
     try:
         return configure(scenario, name).system
     except SchemeError:
-        values = {**scenario.scheme_parameters.get(name, {}), **_values(split(name)[1], name)}
+        values = _given(scenario, asked)
         tables = (FilterTable, CoverageTable)
         known = {key: values[key] for key in values if any(key in t.model_fields for t in tables)}
         return _system(scenario, known, f"scheme {name}")
@@ -160,15 +191,25 @@ def _with_parameters(
     for kind in part_names(scheme):
         if kind in values:
             scheme = replace(scheme, **{kind: find_part(kind, str(values[kind]))})  # type: ignore[type-var]
-    keys, own, parts = table_keys(scheme), own_parameters(scheme), part_names(scheme)
-    accepted = [*keys, *(key for key in own if key not in keys), *parts]
+    own, parts = own_parameters(scheme), part_names(scheme)
+    keys = [key for key in table_keys(scheme) if key not in own]
+    accepted = [*keys, *own, *parts]
+    faults = [_unknown(key, accepted) for key in values if key not in accepted]
+    system = system_of(scenario)
+    try:
+        system = _system(scenario, {key: values[key] for key in values if key in keys}, label)
+    except InputError as error:
+        faults.append(str(error).removeprefix(f"{label}: "))
     for key in values:
-        if key not in accepted:
-            raise SchemeError(_unknown(key, accepted, label))
-    system = _system(scenario, {key: values[key] for key in values if key in keys}, label)
-    for key in values:
-        if key in own and key not in keys:
-            scheme = set_parameter(scheme, key, values[key], label)
+        if key in own:
+            try:
+                scheme = set_parameter(scheme, key, values[key], label)
+            except SchemeError as error:
+                faults.append(str(error).removeprefix(f"{label}: "))
+    if not faults and isinstance(scheme, SchemeOfParts):
+        faults += misfits(scheme)
+    if faults:
+        raise SchemeError("\n".join(f"{label}: {fault}" for fault in faults))
     return scheme, system
 
 
@@ -185,11 +226,11 @@ def _system(scenario: Scenario, values: Mapping[str, object], label: str) -> Sys
     )
 
 
-def _unknown(key: str, accepted: Sequence[str], label: str) -> str:
+def _unknown(key: str, accepted: Sequence[str]) -> str:
     near = difflib.get_close_matches(key, accepted, n=1)
     hint = f"did you mean {near[0]!r}? " if near else ""
     there = f"accepted here: {', '.join(accepted)}" if accepted else "this scheme has no parameters"
-    return f"{label}: {key}: unknown parameter; {hint}{there}"
+    return f"{key}: unknown parameter; {hint}{there}"
 
 
 def defaults(name: str) -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -49,6 +50,8 @@ class PilotFrame:
 @dataclass(frozen=True, slots=True)
 class OmniFrame:
     """Omnidirectional slots only; every object's echo is processed in each of them."""
+
+    directional: ClassVar[bool] = False
 
     def mode(self, tracks: Tracks, view: View) -> ModeArray:
         """Return "omni" always."""

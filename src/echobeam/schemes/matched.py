@@ -23,7 +23,9 @@ def water_filling(floor: Array, active: BoolArray, power: float) -> Array:
     """
     if floor.shape[-1] == 0:
         return np.zeros(floor.shape)
-    heights = np.where(active, floor, np.inf)
+    # From the lowest floor up: where floors are many times the power, digits would be lost.
+    lowest = np.min(np.where(active, floor, np.inf), axis=-1, keepdims=True)
+    heights = np.where(active, floor, np.inf) - np.where(np.isfinite(lowest), lowest, 0.0)
     order = np.sort(heights, axis=-1)
     finite = np.isfinite(order)
     count = np.arange(1, order.shape[-1] + 1)
@@ -31,7 +33,7 @@ def water_filling(floor: Array, active: BoolArray, power: float) -> Array:
     wet = finite & (level > np.where(finite, order, np.inf))
     n_wet = wet.sum(axis=-1, keepdims=True)
     surface = np.take_along_axis(level, np.maximum(n_wet - 1, 0), axis=-1)
-    return np.where(active, np.maximum(surface - np.where(active, floor, 0.0), 0.0), 0.0)
+    return np.where(active, np.maximum(surface - np.where(active, heights, 0.0), 0.0), 0.0)
 
 
 def matched_beams(angle: Array, distance: Array, active: BoolArray, system: System) -> ComplexArray:

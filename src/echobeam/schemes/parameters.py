@@ -100,14 +100,21 @@ def _replaced(thing: T, name: str, value: object, label: str) -> T:
         raise
     except (InputError, ValueError, TypeError) as error:
         raise SchemeError(f"{label}: {error}") from None
+    except Exception as error:  # a user's class may raise anything
+        raise SchemeError(f"{label}: {name}: raised {type(error).__name__}: {error}") from error
 
 
 def _read(thing: object, name: str, value: object, label: str) -> object:
     """Return a value as the type that a field is declared with."""
     from pydantic import TypeAdapter, ValidationError
 
-    declared = get_type_hints(type(thing)).get(name, type(getattr(thing, name)))
     try:
+        declared = get_type_hints(type(thing)).get(name, type(getattr(thing, name)))
+    except (NameError, TypeError):  # a type that is imported for type checkers only
+        declared = type(getattr(thing, name))
+    try:
+        if isinstance(value, bool) and declared in (int, float):  # no number, unlike in Python
+            return TypeAdapter(declared).validate_python(str(value))
         return TypeAdapter(declared).validate_python(value)
     except ValidationError as error:
         said = error.errors()[0]["msg"].removeprefix("Input should be ")

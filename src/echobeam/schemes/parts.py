@@ -8,7 +8,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from echobeam.physics import transmission
-from echobeam.schemes.base import Belief, Decision, View, no_tracks, reported
+from echobeam.schemes.answers import check_array, check_mode, check_tracks
+from echobeam.schemes.base import Belief, Decision, SchemeError, View, no_tracks, reported
 from echobeam.schemes.beamers import Aim, Beams
 from echobeam.schemes.trackers import labelled
 from echobeam.values import (
@@ -16,6 +17,7 @@ from echobeam.values import (
     Array,
     BoolArray,
     Detections,
+    IntArray,
     Mode,
     ModeArray,
     Tracks,
@@ -105,29 +107,33 @@ class SchemeOfParts:
         """Return the belief before the first slot."""
         nothing = no_tracks(view.roster)
         spread = np.full(view.roster.shape, np.nan)
-        return PartsBelief(self.tracker.start(view), nothing, nothing, spread)
+        own = _call(self.tracker, "tracker", "start", view)
+        return PartsBelief(own, nothing, nothing, spread)
 
     def predict(self, belief: PartsBelief, view: View) -> PartsBelief:
         """Return the tracker's prediction."""
-        own = self.tracker.predict(belief.own, view)
+        own = _call(self.tracker, "tracker", "predict", belief.own, view)
         last = belief.tracks
         stays = last.id == view.roster
         if not stays.all():
             last = _without(last, stays)
         spread = np.where(stays, belief.spread, np.nan)
-        return PartsBelief(own, reported(own, self.name, "predict"), last, spread)
+        return PartsBelief(own, self._tracks(own, "predict", view), last, spread)
 
     def transmit(self, prior: PartsBelief, view: View) -> Decision:
         """Return the frame's choice of omnidirectional, pilot and directional trials."""
         tracks = prior.tracks
-        mode = self.frame.mode(tracks, view)
+        mode = _call(self.frame, "frame", "mode", tracks, view)
+        check_mode(f"{_name(self.frame, 'frame')}: mode", mode, view.n_trials, MODES)
         directional = mode == Mode.DIRECTIONAL
         radio, n_tx = view.system.radio, view.system.array.n_tx
         served = tracks.id != NOBODY
         covered = np.full(tracks.id.shape, np.nan)
         made = Beams(np.zeros((*tracks.id.shape, n_tx)), covered, np.zeros(len(mode), dtype=bool))
         if directional.any():
-            made = self.beamer.beams(Aim(tracks, prior.last, prior.spread, directional), view)
+            aim = Aim(tracks, prior.last, prior.spread, directional)
+            made = _call(self.beamer, "beamer", "beams", aim, view)
+            _check_beams(_name(self.beamer, "beamer"), made, (*tracks.id.shape, n_tx))
         sent: Transmission = transmission.directional(made.beams)
         for label, send in ((Mode.OMNI, transmission.omni), (Mode.PILOT, transmission.pilot)):
             trials = mode == label
@@ -136,7 +142,7 @@ class SchemeOfParts:
         return Decision(
             sent=sent,
             addressee=tracks.id,
-            sensed=self.frame.sensed(tracks, mode, view),
+            sensed=_call(self.frame, "frame", "sensed", tracks, mode, view),
             mode=mode,
             covered=made.covered,
             fallback=made.fallback,
@@ -146,12 +152,89 @@ class SchemeOfParts:
 
     def update(self, prior: PartsBelief, detections: Detections, view: View) -> PartsBelief:
         """Return the tracker's posterior."""
-        own = self.tracker.update(prior.own, detections, view)
+        own = _call(self.tracker, "tracker", "update", prior.own, detections, view)
         _, variance = labelled(detections, prior.tracks.id)
         measured = np.isfinite(variance[..., 0])
         sigma = np.sqrt(np.where(measured, variance[..., 0], 0.0))
         spread = np.where(measured, sigma, prior.spread)
-        return PartsBelief(own, reported(own, self.name, "update"), prior.last, spread)
+        return PartsBelief(own, self._tracks(own, "update", view), prior.last, spread)
+
+    def _tracks(self, own: Any, call: str, view: View) -> Tracks:
+        """Return the tracks that the tracker's belief reports, in the order of the roster."""
+        label = _name(self.tracker, "tracker")
+        tracks = reported(own, label, call)
+        if tracks.id is view.roster:
+            return tracks
+        check_tracks(f"{label}, tracks from {call} of slot {view.slot}", tracks, view.n_trials)
+        return in_order(tracks, view.roster)
+
+
+MODES = (Mode.OMNI, Mode.DIRECTIONAL, Mode.PILOT)
+"""Modes that a frame may choose for a trial; a mixture of them is for whole schemes."""
+
+
+def misfits(scheme: SchemeOfParts) -> list[str]:
+    """Return why the parts of a scheme do not go together, in words; nothing if they do."""
+    fits = getattr(scheme.tracker, "predicts", True) or not getattr(
+        scheme.frame, "directional", True
+    )
+    if fits or getattr(scheme.beamer, "aim", "last") != "prior":
+        return []
+    return [
+        f"{_name(scheme.tracker, 'tracker')} predicts nothing, and beams aimed at the prediction "
+        "would go to nobody; give another tracker, or aim=last"
+    ]
+
+
+def _name(part: object, kind: str) -> str:
+    return f"{kind} {type(part).__name__}"
+
+
+def _call(part: object, kind: str, call: str, *arguments: object) -> Any:
+    """Return what a call of a part gives.
+
+    Raises
+    ------
+    SchemeError
+        If the call does not take these arguments; what its code raises goes on as it is.
+    """
+    try:
+        return getattr(part, call)(*arguments)
+    except TypeError as error:
+        if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
+            raise
+        given = ", ".join(type(argument).__name__ for argument in arguments)
+        raise SchemeError(f"{_name(part, kind)}: {call}({given}): {error}") from error
+
+
+def _check_beams(label: str, made: object, shape: tuple[int, int, int]) -> None:
+    """Refuse what is no `Beams` of the tracks ``(T, C, N)``."""
+    if not isinstance(made, Beams):
+        raise SchemeError(
+            f"{label}: beams returned a {type(made).__name__}; expected "
+            "echobeam.schemes.beamers.Beams"
+        )
+    check_array(f"{label}: beams", made.beams, shape, "complex")
+    check_array(f"{label}: covered", made.covered, shape[:2], "real")
+    check_array(f"{label}: fallback", made.fallback, shape[:1], "bool")
+
+
+def in_order(tracks: Tracks, roster: IntArray) -> Tracks:
+    """Return tracks in the columns of a roster ``(T, K)``, unknown where it has no track."""
+    if tracks.id.shape == roster.shape and np.array_equal(tracks.id, roster):
+        return tracks
+    match = (tracks.id[:, None, :] == roster[..., None]) & (roster != NOBODY)[..., None]
+    found = match.any(axis=-1)
+    if not found.any():
+        return no_tracks(roster, tracks.mean.shape[-1])
+    place = np.argmax(match, axis=-1)
+    chosen = Tracks(
+        mean=np.take_along_axis(tracks.mean, place[..., None], axis=1),
+        cov=np.take_along_axis(tracks.cov, place[..., None, None], axis=1),
+        status=np.take_along_axis(tracks.status, place, axis=1),
+        id=roster,
+    )
+    return _without(chosen, found)
 
 
 def _without(tracks: Tracks, stays: BoolArray) -> Tracks:

@@ -175,6 +175,7 @@ class HeldEstimate:
     """The last measurement alone, held until the next; it predicts nothing."""
 
     parameters: ClassVar[tuple[str, ...]] = ("velocity_prior",)
+    predicts: ClassVar[bool] = False
 
     def start(self, view: View) -> GaussianBelief:
         """Return no knowledge."""

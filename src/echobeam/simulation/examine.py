@@ -2,46 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from echobeam.physics.transmission import radiated_power
+from echobeam.schemes.answers import check_array, check_mode
 from echobeam.schemes.base import Decision, SchemeError, View
-from echobeam.values import NOBODY, Mode, Tracks
+from echobeam.values import NOBODY, Mode, Tracks, Transmission
 
 POWER_TOLERANCE = 1e-6
 """Excess of the radiated power over P_T that passes, relative: rounding of a solver."""
-
-STATE_SIZE = 3
-
-
-def examine_tracks(name: str, tracks: Tracks, call: str, view: View) -> None:
-    """Refuse tracks of wrong shapes.
-
-    Raises
-    ------
-    SchemeError
-        Names the array, its shape and the shape expected.
-    """
-    leading = np.shape(tracks.id)
-    expected = {
-        "mean": (*leading, STATE_SIZE),
-        "cov": (*leading, STATE_SIZE, STATE_SIZE),
-        "status": leading,
-    }
-    if len(leading) != 2 or leading[0] != view.n_trials:
-        raise SchemeError(
-            f"scheme {name!r} reports tracks with id of shape {leading} from {call} of slot "
-            f"{view.slot}; expected (trials, tracks) with {view.n_trials} trials"
-        )
-    for key, shape in expected.items():
-        if np.shape(getattr(tracks, key)) != shape:
-            raise SchemeError(
-                f"scheme {name!r} reports tracks with {key} of shape "
-                f"{np.shape(getattr(tracks, key))} from {call} of slot {view.slot}; "
-                f"expected {shape}"
-            )
 
 
 def examine_decision(name: str, decision: Decision, tracks: Tracks, view: View) -> None:
@@ -57,15 +26,19 @@ def examine_decision(name: str, decision: Decision, tracks: Tracks, view: View) 
             f"scheme {name!r} returned {type(decision).__name__} from transmit of slot "
             f"{view.slot}; expected an echobeam.Decision"
         )
+    if not isinstance(decision.sent, Transmission):
+        raise SchemeError(
+            f"scheme {name!r} returned a decision with sent of type "
+            f"{type(decision.sent).__name__} in slot {view.slot}; expected echobeam.Transmission"
+        )
     _check_shapes(name, decision, view)
     _check_addressees(name, decision, tracks, view)
-    modes = set(np.unique(decision.mode).tolist())
-    if not modes <= set(Mode):
-        raise SchemeError(
-            f"scheme {name!r} gives mode {sorted(modes - set(Mode))[0]} in slot {view.slot}; "
-            f"expected {', '.join(f'{int(mode)} ({mode.name.lower()})' for mode in Mode)}"
-        )
     sent = decision.sent
+    if (decision.covered < 0.0).any() or np.isinf(decision.covered).any():
+        raise SchemeError(
+            f"scheme {name!r} covers a negative or infinite half-width in slot {view.slot}; "
+            "expected rad, or NaN without a design"
+        )
     if not all(np.isfinite(part).all() for part in (sent.beams, sent.antenna_power, sent.probing)):
         raise SchemeError(f"scheme {name!r} sent beams in slot {view.slot} that are not finite")
     if min(sent.antenna_power.min(initial=0.0), sent.probing.min(initial=0.0)) < 0.0:
@@ -81,38 +54,37 @@ def examine_decision(name: str, decision: Decision, tracks: Tracks, view: View) 
 
 def _check_shapes(name: str, decision: Decision, view: View) -> None:
     trials, n_tx = view.n_trials, view.system.array.n_tx
-    streams = np.shape(decision.sent.beams)[1:2]
+    sent = decision.sent
+    streams = np.shape(sent.beams)[1:2] or (view.n_objects,)
     per_stream = (trials, *streams)
-    expected: dict[str, tuple[Any, tuple[int, ...]]] = {
-        "beams": (decision.sent.beams, (*per_stream, n_tx)),
-        "antenna_power": (decision.sent.antenna_power, (*per_stream, n_tx)),
-        "probing": (decision.sent.probing, (trials, n_tx)),
-        "addressee": (decision.addressee, per_stream),
-        "sensed": (decision.sensed, per_stream),
-        "covered": (decision.covered, per_stream),
-        "mode": (decision.mode, (trials,)),
-        "fallback": (decision.fallback, (trials,)),
+    expected: dict[str, tuple[object, tuple[int, ...], str]] = {
+        "beams": (sent.beams, (*per_stream, n_tx), "complex"),
+        "antenna_power": (sent.antenna_power, (*per_stream, n_tx), "real"),
+        "probing": (sent.probing, (trials, n_tx), "real"),
+        "addressee": (decision.addressee, per_stream, "whole"),
+        "sensed": (decision.sensed, per_stream, "bool"),
+        "covered": (decision.covered, per_stream, "real"),
+        "fallback": (decision.fallback, (trials,), "bool"),
     }
-    for key, (values, shape) in expected.items():
-        if np.shape(values) != shape or len(per_stream) != 2:
-            raise SchemeError(
-                f"scheme {name!r} sent {key} of shape {np.shape(values)} in slot {view.slot}; "
-                f"expected {shape if len(per_stream) == 2 else f'({trials}, streams, {n_tx})'}"
-            )
+    where = f"scheme {name!r}, decision of slot {view.slot}:"
+    for key, (value, shape, kind) in expected.items():
+        check_array(f"{where} {key}", value, shape, kind)
+    check_mode(f"{where} mode", decision.mode, trials, tuple(Mode))
 
 
 def _check_addressees(name: str, decision: Decision, tracks: Tracks, view: View) -> None:
     """Refuse streams for tracks that are not there, and two for one track."""
     addressee = decision.addressee
-    if addressee.shape == tracks.id.shape and np.array_equal(addressee, tracks.id):
-        return  # one stream for each track, the usual case
     count = addressee.shape[-1]
     if count > tracks.id.shape[-1]:
         raise SchemeError(
             f"scheme {name!r} sends {count} streams in slot {view.slot} where there are "
             f"{tracks.id.shape[-1]} tracks"
         )
-    known = (addressee[..., None] == tracks.id[:, None, :]).any(axis=-1) | (addressee == NOBODY)
+    own = addressee.shape == tracks.id.shape and np.array_equal(addressee, tracks.id)
+    known = addressee == NOBODY if not own else np.ones(addressee.shape, dtype=bool)
+    if not own:
+        known |= (addressee[..., None] == tracks.id[:, None, :]).any(axis=-1)
     if not known.all():
         stranger = int(addressee[~known][0])
         raise SchemeError(

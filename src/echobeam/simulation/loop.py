@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from echobeam.schemes.answers import check_tracks
 from echobeam.schemes.base import Decision, SchemeError, View, reported
 from echobeam.schemes.configure import ConfiguredScheme
 from echobeam.simulation.decisions import first_decision
-from echobeam.simulation.examine import examine_decision, examine_tracks
-from echobeam.simulation.randomness import Use, trial_normals
+from echobeam.simulation.examine import examine_decision
+from echobeam.simulation.randomness import SchemeNormals, Use, scheme_key
 from echobeam.simulation.receiver import by_identity, receive
 from echobeam.simulation.world import World
 from echobeam.values import (
@@ -114,24 +114,24 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
             time=slot * world.scene.scenario.frame.slot,
             uav_position=world.uav.position,
             uav_velocity=world.uav.velocity,
-            identity=view.roster,
+            identity=np.broadcast_to(world.identity, view.roster.shape),
             present=np.broadcast_to(world.present, view.roster.shape),
             position=_spread_out(world.ground.position, view),
             truth=_spread_out(world.state, view),
-            mode=decision.mode,
-            covered=_for_objects(decision, view, decision.covered, np.nan),
-            predicted=by_identity(predicted, view.roster, predicted.mean),
-            predicted_cov=by_identity(predicted, view.roster, predicted.cov),
-            estimated=by_identity(estimated, view.roster, estimated.mean),
-            estimated_cov=by_identity(estimated, view.roster, estimated.cov),
+            mode=decision.mode.copy(),  # copies: a scheme may use its arrays again
+            covered=_for_objects(decision, view, decision.covered, np.nan).copy(),
+            predicted=by_identity(predicted, view.roster, predicted.mean).copy(),
+            predicted_cov=by_identity(predicted, view.roster, predicted.cov).copy(),
+            estimated=by_identity(estimated, view.roster, estimated.mean).copy(),
+            estimated_cov=by_identity(estimated, view.roster, estimated.cov).copy(),
             measured=detections.value,
             measured_var=detections.variance,
             true_var=echoes.variance,
-            beam=_beams(decision, view),
+            beam=_beams(decision, view).copy(),
             sinr=link.sinr,
             rate=link.rate,
             radar_snr=echoes.snr,
-            fallback=decision.fallback,
+            fallback=decision.fallback.copy(),
             messages=decision.messages or {},
             decision_seconds=seconds,
         )
@@ -142,7 +142,8 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
 
 def _view(world: World, configured: ConfiguredScheme, uav_before: Any, memory: Any) -> View:
     """Return the knowledge of the UAV; the truth only for a scheme that declares to see it."""
-    roster = np.broadcast_to(world.identity, (len(world.trials), len(world.identity)))
+    roster = np.tile(world.identity, (len(world.trials), 1))
+    freeze(roster)
     return View(
         slot=world.slot + 1,
         uav=world.uav,
@@ -157,7 +158,7 @@ def _view(world: World, configured: ConfiguredScheme, uav_before: Any, memory: A
 
 def _normals(world: World, use: Use) -> Callable[[tuple[int, ...]], Array]:
     """Return the draws that a scheme may ask for in a slot."""
-    return partial(trial_normals, world.seed, world.trials, world.slot, use)
+    return SchemeNormals(scheme_key(world.seed), world.trials, world.slot, use)
 
 
 def _true_tracks(world: World, roster: IntArray) -> Tracks:
@@ -174,9 +175,14 @@ def _true_tracks(world: World, roster: IntArray) -> Tracks:
 
 
 def _ask(configured: ConfiguredScheme, call: str, view: View, *arguments: object) -> Any:
-    """Call a scheme; what its code raises becomes one clear message with file and line."""
+    """Call a scheme, see `_guarded`."""
+    return _guarded(configured, call, view, lambda: getattr(configured.scheme, call)(*arguments))
+
+
+def _guarded(configured: ConfiguredScheme, call: str, view: View, run: Callable[[], Any]) -> Any:
+    """Run a scheme's code; what it raises becomes one clear message with file and line."""
     try:
-        return getattr(configured.scheme, call)(*arguments)
+        return run()
     except SchemeError:
         raise
     except (Exception, SystemExit) as error:  # a user's scheme or part may raise anything
@@ -207,8 +213,11 @@ def _users_line(error: BaseException) -> str | None:
 
 def _tracks(configured: ConfiguredScheme, belief: object, call: str, view: View) -> Tracks:
     """Return the tracks of a belief, examined and protected from being written to."""
-    tracks = reported(belief, configured.name, call)
-    examine_tracks(configured.name, tracks, call, view)
+    tracks: Tracks = _guarded(
+        configured, call, view, lambda: reported(belief, f"scheme {configured.name!r}", call)
+    )
+    label = f"scheme {configured.name!r}, tracks from {call} of slot {view.slot}"
+    check_tracks(label, tracks, view.n_trials)
     freeze(tracks.mean, tracks.cov, tracks.status)
     return tracks
 

@@ -139,7 +139,7 @@ class Traced:
         return Ground(
             position=np.stack([x, zero, zero], axis=-1)[None],
             velocity=np.stack([velocity, zero, zero], axis=-1)[None],
-            identity=self.motion.identity[slot],
+            identity=self.motion.identity[slot].copy(),  # of this slot alone: the rest is future
         )
 
 

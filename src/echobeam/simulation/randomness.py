@@ -8,6 +8,8 @@ uniform word becomes one normal by the inverse of the distribution function.
 
 from __future__ import annotations
 
+import hashlib
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -58,22 +60,43 @@ def object_normals(
     return draws
 
 
-def trial_normals(seed: int, trials: range, slot: int, use: Use, shape: tuple[int, ...]) -> Array:
-    """Return standard normals of any number, ``(T, *shape)``, drawn trial by trial.
+def scheme_key(seed: int) -> int:
+    """Return the key of the draws that schemes may ask for, from which nobody finds the seed.
 
-    Parameters
-    ----------
-    seed, trials, slot, use
-        As in `object_normals`.
-    shape
-        Shape of one trial's draws.
+    A scheme is given draws by a call, and whoever looks into that call finds the key. With the
+    seed it could draw nature's noise and subtract it.
     """
-    size = int(np.prod(shape))
-    draws = np.empty((len(trials), size))
-    for row, trial in enumerate(trials):
-        generator = np.random.Philox(key=[seed, 1], counter=[0, trial, slot, int(use)])
-        draws[row] = _normals(generator.random_raw(size))
-    return draws.reshape(len(trials), *shape)
+    return int.from_bytes(hashlib.sha256(f"schemes of seed {seed}".encode()).digest()[:8], "little")
+
+
+@dataclass(frozen=True, slots=True)
+class SchemeNormals:
+    """Standard normals of a scheme in one slot, the same whenever they are asked for.
+
+    Attributes
+    ----------
+    key
+        `scheme_key` of the seed.
+    trials, slot
+        As in `object_normals`.
+    use
+        `Use.SCHEME` or `Use.SCHEME_UPDATE`.
+    """
+
+    key: int
+    trials: range
+    slot: int
+    use: Use
+
+    def __call__(self, shape: tuple[int, ...]) -> Array:
+        """Return standard normals ``(T, *shape)``, drawn trial by trial."""
+        size = int(np.prod(shape))
+        draws = np.empty((len(self.trials), size))
+        for row, trial in enumerate(self.trials):
+            counter = [0, trial, self.slot, int(self.use)]
+            generator = np.random.Philox(key=[self.key, 1], counter=counter)
+            draws[row] = _normals(generator.random_raw(size))
+        return draws.reshape(len(self.trials), *shape)
 
 
 def _normals(words: np.ndarray[tuple[int, ...], np.dtype[np.uint64]]) -> Array:

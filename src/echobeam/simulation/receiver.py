@@ -52,8 +52,13 @@ def receive(
 
 
 def expected_state(value: Array, prior: Tracks, label: IntArray) -> Array:
-    """Return where each object is thought to be, ``(T, K, S)``: predicted, else just measured."""
+    """Return where each object is thought to be, ``(T, K, S)``: predicted, else just measured.
+
+    An angle that was not measured is taken to be 90 degrees, where an upright array measures none;
+    a single antenna's bounds do not depend on it.
+    """
     angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
+    angle = np.where(np.isfinite(angle), angle, 0.5 * np.pi)
     state = np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
     mean, known = by_identity(prior, label, prior.mean), by_identity(prior, label, prior.known)
     predicted: BoolArray = np.asarray(known == 1)

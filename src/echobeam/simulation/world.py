@@ -142,5 +142,6 @@ def _seen(world: World) -> World:
     """Return nature with the UAV in its slot and the objects as seen from there."""
     uav = world.scene.flight.at(world.slot)
     state = polar_state(world.ground.position, world.ground.velocity, uav)
-    freeze(state, world.ground.position, world.ground.velocity, world.ground.identity)
+    ground = world.ground
+    freeze(state, ground.position, ground.velocity, ground.identity, uav.position, uav.velocity)
     return replace(world, uav=uav, state=state)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from echobeam.beamforming.direct.batch import can_compile
+from echobeam.simulation.environment import environment
 from echobeam.version import __version__
 
 COMPUTING = (
@@ -35,6 +36,8 @@ class Engine(NamedTuple):
     ----------
     version
         Of the package.
+    environment
+        Python, libraries and processor.
     solver
         "compiled" where Numba is installed, else "numpy": the two differ in the last digits.
     sources
@@ -42,13 +45,14 @@ class Engine(NamedTuple):
     """
 
     version: str
+    environment: str
     solver: str
     sources: str
 
 
 def engine_here() -> Engine:
     """Return what computes in this process."""
-    return Engine(__version__, "compiled" if can_compile() else "numpy", _sources())
+    return Engine(__version__, environment(), "compiled" if can_compile() else "numpy", _sources())
 
 
 @cache
@@ -77,6 +81,8 @@ def differences(begun: Engine, ours: Engine, where: str = "here") -> str:
     if begun.version != ours.version:
         return f"version {begun.version}; {where} it is {ours.version}"
     said = []
+    if begun.environment != ours.environment:
+        said.append(f"{begun.environment}; {where} it is {ours.environment}")
     if begun.solver != ours.solver:
         said.append(_SOLVER_WORDS[begun.solver].format(where=where))
     if begun.sources != ours.sources:

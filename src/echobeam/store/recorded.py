@@ -192,9 +192,14 @@ def _job(recording: Recording) -> Job:
 
 
 def input_digests(scenario: Scenario, schemes: Sequence[str]) -> tuple[str, ...]:
-    """Return digests of the files that a run reads: its trace and users' schemes."""
-    files = [split(name)[0].rpartition(":")[0] for name in schemes if ".py:" in name]
-    inputs = [Path(file) for file in files]
+    """Return digests of the files that a run reads: its trace, users' schemes and parts."""
+    texts = [*schemes, *scenario.scheme_parameters]
+    named = [split(text)[0] for text in texts]
+    named += [item.partition("=")[2] for text in texts for item in split(text)[1].split(",")]
+    for table in scenario.scheme_parameters.values():
+        named += [value for value in table.values() if isinstance(value, str)]
+    files = [name.rpartition(":")[0] for name in named if ".py:" in name]
+    inputs = [Path(file) for file in dict.fromkeys(files)]
     trace = trace_path(scenario)
     if trace is not None:
         inputs.append(trace)

@@ -1,0 +1,78 @@
+"""Checks of what schemes and their parts answer: arrays of the right shape and type, modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from echobeam.schemes.base import SchemeError
+from echobeam.values import Mode, Status, Tracks
+
+STATE_SIZE = 3
+
+KINDS = {"complex": "ciuf", "real": "iuf", "whole": "iu", "bool": "b"}
+"""Kinds of NumPy's types that pass for an array's type."""
+
+
+def check_array(label: str, value: object, shape: tuple[int, ...], kind: str) -> None:
+    """Refuse what is no array of a shape and a kind of `KINDS`; the label begins the message.
+
+    Raises
+    ------
+    SchemeError
+        Says what is expected.
+    """
+    if not isinstance(value, np.ndarray):
+        raise SchemeError(
+            f"{label} is a {type(value).__name__}; expected a NumPy array of shape {shape}"
+        )
+    if value.shape != shape:
+        raise SchemeError(f"{label} is of shape {value.shape}; expected {shape}")
+    if value.dtype.kind not in KINDS[kind]:
+        raise SchemeError(f"{label} is of type {value.dtype}; expected {kind} numbers")
+
+
+def check_mode(label: str, mode: object, n_trials: int, allowed: Sequence[Mode]) -> None:
+    """Refuse what is no mode of each trial; the label begins the message.
+
+    Raises
+    ------
+    SchemeError
+        Says what is expected.
+    """
+    check_array(label, mode, (n_trials,), "whole")
+    assert isinstance(mode, np.ndarray)
+    unknown = sorted(set(np.unique(mode).tolist()) - set(allowed))
+    if unknown:
+        raise SchemeError(
+            f"{label} is {unknown[0]}; expected "
+            f"{', '.join(f'{int(one)} ({one.name.lower()})' for one in allowed)}"
+        )
+
+
+def check_tracks(label: str, tracks: Tracks, n_trials: int) -> None:
+    """Refuse tracks of wrong shapes or types, and known ones without a mean or a covariance.
+
+    Raises
+    ------
+    SchemeError
+        Names the array, what it is and what is expected.
+    """
+    leading = np.shape(tracks.id)
+    if len(leading) != 2 or leading[0] != n_trials:
+        raise SchemeError(
+            f"{label}: id is of shape {leading}; expected (trials, tracks) with {n_trials} trials"
+        )
+    check_array(f"{label}: id", tracks.id, leading, "whole")
+    check_array(f"{label}: mean", tracks.mean, (*leading, STATE_SIZE), "real")
+    check_array(f"{label}: cov", tracks.cov, (*leading, STATE_SIZE, STATE_SIZE), "real")
+    check_array(f"{label}: status", tracks.status, leading, "whole")
+    if not np.isin(tracks.status, list(Status)).all():
+        raise SchemeError(f"{label}: status is none of {', '.join(str(int(s)) for s in Status)}")
+    known = tracks.known
+    if not np.isfinite(tracks.mean[known]).all():
+        raise SchemeError(f"{label}: the mean of a known track is not finite; its status is not 0")
+    variances = np.diagonal(tracks.cov, axis1=-2, axis2=-1)[known]
+    if not (variances >= 0.0).all():
+        raise SchemeError(f"{label}: a variance of a known track is negative or not a number")
