@@ -1,10 +1,12 @@
 """Every scheme that is registered passes the kit, and the kit catches those that should not."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import echobeam as eb
 from echobeam.schemes.base import SchemeError
 from echobeam.schemes.beamers import MatchedBeamer
 from echobeam.schemes.frames import ClockedFrame
@@ -147,3 +149,69 @@ def test_numbers_that_are_none_are_caught():
 
     with pytest.raises(SchemeError, match="not finite"):
         check_scheme(undefined)
+
+
+def test_trials_that_learn_from_each_other_are_caught():
+    """All trials have one truth; the mean of their measurements is next to it."""
+
+    class Pooled(ExtendedKalman):
+        def update(self, prior, detections, view):
+            with np.errstate(invalid="ignore"), warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)  # nobody was measured
+                mean = np.nanmean(detections.value, axis=0)
+            pooled = np.where(np.isfinite(detections.value), mean, np.nan)
+            return super().update(prior, replace(detections, value=pooled), view)
+
+    pooled = SchemeOfParts("pooled", ClockedFrame(), Pooled(), MatchedBeamer())
+    with pytest.raises(ConformanceError, match="depends on the trials beside it"):
+        check_scheme(pooled)
+
+
+def test_a_scheme_that_looks_at_the_place_of_a_trial_is_caught():
+    def by_row(prior, view):
+        shape = (*prior.known.shape, view.system.array.n_tx)
+        return np.broadcast_to(0.01 * np.arange(len(prior.id))[:, None, None], shape)
+
+    with pytest.raises(ConformanceError, match="depends on the trials beside it"):
+        check_scheme(by_row)
+
+
+@pytest.mark.parametrize("reach", ["uav.velocity", "roster", "uav_before.position"])
+def test_nature_is_out_of_a_schemes_reach(reach):
+    """Writing into what a scheme is shown is an error of its own."""
+
+    def vandal(prior, view):
+        array = view
+        for name in reach.split("."):
+            array = getattr(array, name)
+        array[..., 0] = 7
+        return np.zeros((*prior.known.shape, view.system.array.n_tx))
+
+    with pytest.raises(SchemeError, match=r"raised ValueError.*read-only"):
+        check_scheme(vandal)
+
+
+def test_the_roster_of_a_trace_holds_this_slot_alone():
+    sizes = []
+
+    def curious(prior, view):
+        base = view.roster if view.roster.base is None else view.roster.base
+        sizes.append(base.size == view.roster.size)
+        return np.zeros((*prior.known.shape, view.system.array.n_tx))
+
+    eb.simulate(eb.load_scenario("traffic", {"frame.frames": 1}), schemes=[curious], trials=2)
+    assert sizes
+    assert all(sizes)
+
+
+def test_what_a_scheme_is_given_does_not_hold_the_seed():
+    """With the seed a scheme could draw nature's noise and subtract it."""
+    seed, found = 987654321, []
+
+    def search(prior, view):
+        found.append(str(seed) in repr(view) or seed == getattr(view.normals, "key", seed))
+        return np.zeros((*prior.known.shape, view.system.array.n_tx))
+
+    eb.simulate("paper-single", schemes=[search], trials=1, seed=seed)
+    assert found
+    assert not any(found)

@@ -7,6 +7,13 @@ from scipy.optimize import minimize
 from echobeam.schemes.matched import water_filling
 
 
+def test_water_filling_spends_no_more_than_there_is_however_high_the_floors():
+    for scale in np.logspace(0, 20, 21):
+        floors = scale * np.array([1.0, 1.0 + 1e-15, 3.0])
+        powers = water_filling(floors, np.ones(3, dtype=bool), 1e-3)
+        assert powers.sum() == pytest.approx(1e-3, rel=1e-12)
+
+
 @given(
     st.lists(st.floats(0.01, 100.0), min_size=1, max_size=6),
     st.floats(0.01, 100.0),

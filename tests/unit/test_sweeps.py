@@ -133,6 +133,8 @@ def swept_values(source, key, *texts):
         ("truth.process_noise", ("true", "false"), ["true", "false"], None),
         ("radar.rcs", ("[1, 2]", "[2,3]"), ["[1, 2]", "[2,3]"], None),
         ("radar.rcs.0", ("1", "2"), [1.0, 2.0], None),
+        ("schemes.temporal.ripple", ("1", "3"), [1, 3], None),
+        ("schemes.pilot.velocity_prior", ("20 m/s", "30 m/s"), ["20 m/s", "30 m/s"], None),
     ],
 )
 def test_coordinates_are_what_the_scenario_reads(key, texts, values, units):
@@ -192,6 +194,20 @@ def test_trials_may_vary(tmp_path):
     run_study(study)
     assert grid_dataset(grid, study).attrs["trials"] == [2, 3]
     assert [len(study.statistics_of(index)["sum_rate"][0]) for index in (0, 1)] == [2, 3]
+
+
+def test_a_schemes_own_parameter_may_vary(tmp_path):
+    axis = Varied("schemes.temporal.tracker", ("ekf", "dead-reckoning"))
+    grid = Grid("paper-single", ("frame.slots_per_frame=3",), (axis,))
+    study = study_in(tmp_path / "b", grid.points(("temporal",), 4, ()), 0)
+    run_study(study)
+    figures = grid_dataset(grid, study)["angle_rmse"].sel(scheme="temporal")
+    values = ["temporal:tracker=ekf", "temporal:tracker=dead-reckoning"]
+    scenario = eb.load_scenario("paper-single", ["frame.slots_per_frame=3"])
+    alone = summarise(eb.simulate(scenario, values, trials=4), scenario)
+    for text, name in zip(axis.values, values, strict=True):
+        found = figures.sel({axis.key: text}).values
+        np.testing.assert_array_equal(found, alone[name].angle_rmse)
 
 
 def test_each_point_reads_its_own_blocks_once(swept, monkeypatch):

@@ -47,8 +47,9 @@ def receive(
     else:
         here = expected_state(echoes.value, prior, label)
         variance = np.where(measured, law.variance(sent, here), np.inf)
-    freeze(echoes.value, variance)
-    return Detections(echoes.value, variance, np.asarray(measured.any(axis=-1)), label)
+    valid = np.asarray(measured.any(axis=-1))
+    freeze(echoes.value, variance, valid)
+    return Detections(echoes.value, variance, valid, label)
 
 
 def expected_state(value: Array, prior: Tracks, label: IntArray) -> Array:

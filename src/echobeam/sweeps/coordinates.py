@@ -16,7 +16,13 @@ _ALIKE = 1e-12  # a unit's factor rounds: 70 cm is 0.7000000000000001 m
 
 
 def read_setting(scenario: Scenario, key: str) -> tuple[object, str]:
-    """Return what a scenario has at a dotted key, and its SI unit: empty inside a list."""
+    """Return what a scenario has at a dotted key, and its SI unit: empty inside a list.
+
+    A parameter of a scheme, ``schemes.NAME.KEY``, is what the file says, without a unit.
+    """
+    first, *names = key.split(".")
+    if first == "schemes" and len(names) == 2:
+        return scenario.scheme_parameters[names[0]][names[1]], ""
     value: Any = scenario
     unit = ""
     for part in key.split("."):

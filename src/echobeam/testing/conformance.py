@@ -22,6 +22,9 @@ TRIALS = range(2)
 SEED = 2024
 OTHER_SEED = 2025
 
+SPLIT = 1e-4
+"""Relative change, by rounding, that other trials beside a trial may make."""
+
 MOVED = 5.0
 """m along the road by which all objects are elsewhere: as much as the first measurement's error."""
 
@@ -98,11 +101,12 @@ def check_scheme(scheme: str | object) -> None:
     """Examine a scheme on small scenarios with no, one and several objects.
 
     Its beams must be finite and within the power, whatever is known; the same seed must give the
-    same run. No beam may depend on what happens after it: states, occupants and roster are bent
-    after a slot, and no beam up to that slot may move. No track may be there before the first
-    detection of its object. And no estimate and no beam may follow the truth without following the
-    measurements, as it would if the scheme read the truth out of the variances that the reading
-    ``radar.variance = "known"`` gives. An omniscient scheme is free of the last two rules.
+    same run, and a trial the same whichever trials run beside it. No beam may depend on what
+    happens after it: states, occupants and roster are bent after a slot, and no beam up to that
+    slot may move. No track may be there before the first detection of its object. And no estimate
+    and no beam may follow the truth without following the measurements, as it would if the scheme
+    read the truth out of the variances that the reading ``radar.variance = "known"`` gives. An
+    omniscient scheme is free of the last two rules.
 
     Parameters
     ----------
@@ -124,6 +128,7 @@ def check_scheme(scheme: str | object) -> None:
         records = list(run_slots(world, found))
         _check_numbers(found, records)
         _check_same(found, records, list(run_slots(world, found)), "the same seed", len(records))
+        _check_trials(found, world, records)
         for slot in (1, 2, scenario.frame.slots_per_frame, scenario.n_slots - 1):
             for label, bend in BENDS.items():
                 mover = replace(bend, mover=world.scene.mover, slot=slot)
@@ -188,6 +193,30 @@ def _check_same(
             raise ConformanceError(
                 f"{scheme.name}: with {why}, the beams of slot {one.slot} are different"
             )
+
+
+def _check_trials(scheme: ConfiguredScheme, world: World, records: list[SlotRecord]) -> None:
+    """Check that a trial comes out as it does alone, and among other trials."""
+    for trial, others in ((0, TRIALS[:1]), (1, range(1, 3))):
+        again = list(run_slots(begin(world.scene, SEED, others), scheme))
+        for one, other in zip(records, again, strict=True):
+            same = one.mode[trial] == other.mode[0]
+            for values in (one.beam, other.beam), (one.estimated, other.estimated):
+                same &= _alike(values[0][trial], values[1][0])
+            if not same:
+                raise ConformanceError(
+                    f"{scheme.name}: slot {one.slot} of a trial depends on the trials beside it; "
+                    "results would depend on how the work is split"
+                )
+
+
+def _alike(one: Numbers, other: Numbers) -> bool:
+    """Return whether two arrays are the same up to the rounding of sums and of solvers."""
+    there = np.isfinite(one)
+    if not np.array_equal(there, np.isfinite(other)):
+        return False
+    size = float(np.linalg.norm(one[there]))
+    return float(np.linalg.norm(one[there] - other[there])) <= SPLIT * size
 
 
 def _check_first_detections(scheme: ConfiguredScheme, records: list[SlotRecord]) -> None:
