@@ -11,8 +11,13 @@ from echobeam.values import Mode, Status, Tracks
 
 STATE_SIZE = 3
 
-KINDS = {"complex": "ciuf", "real": "iuf", "whole": "iu", "bool": "b"}
-"""Kinds of NumPy's types that pass for an array's type."""
+KINDS = {
+    "complex numbers": "ciuf",
+    "real numbers": "iuf",
+    "whole numbers": "iu",
+    "true or false": "b",
+}
+"""Contents of an array, and the kinds of NumPy's types that pass for them."""
 
 
 def check_array(label: str, value: object, shape: tuple[int, ...], kind: str) -> None:
@@ -30,7 +35,7 @@ def check_array(label: str, value: object, shape: tuple[int, ...], kind: str) ->
     if value.shape != shape:
         raise SchemeError(f"{label} is of shape {value.shape}; expected {shape}")
     if value.dtype.kind not in KINDS[kind]:
-        raise SchemeError(f"{label} is of type {value.dtype}; expected {kind} numbers")
+        raise SchemeError(f"{label} is of type {value.dtype}; expected {kind}")
 
 
 def check_mode(label: str, mode: object, n_trials: int, allowed: Sequence[Mode]) -> None:
@@ -41,7 +46,7 @@ def check_mode(label: str, mode: object, n_trials: int, allowed: Sequence[Mode])
     SchemeError
         Says what is expected.
     """
-    check_array(label, mode, (n_trials,), "whole")
+    check_array(label, mode, (n_trials,), "whole numbers")
     assert isinstance(mode, np.ndarray)
     unknown = sorted(set(np.unique(mode).tolist()) - set(allowed))
     if unknown:
@@ -64,10 +69,10 @@ def check_tracks(label: str, tracks: Tracks, n_trials: int) -> None:
         raise SchemeError(
             f"{label}: id is of shape {leading}; expected (trials, tracks) with {n_trials} trials"
         )
-    check_array(f"{label}: id", tracks.id, leading, "whole")
-    check_array(f"{label}: mean", tracks.mean, (*leading, STATE_SIZE), "real")
-    check_array(f"{label}: cov", tracks.cov, (*leading, STATE_SIZE, STATE_SIZE), "real")
-    check_array(f"{label}: status", tracks.status, leading, "whole")
+    check_array(f"{label}: id", tracks.id, leading, "whole numbers")
+    check_array(f"{label}: mean", tracks.mean, (*leading, STATE_SIZE), "real numbers")
+    check_array(f"{label}: cov", tracks.cov, (*leading, STATE_SIZE, STATE_SIZE), "real numbers")
+    check_array(f"{label}: status", tracks.status, leading, "whole numbers")
     if not np.isin(tracks.status, list(Status)).all():
         raise SchemeError(f"{label}: status is none of {', '.join(str(int(s)) for s in Status)}")
     known = tracks.known

@@ -214,9 +214,9 @@ def _check_beams(label: str, made: object, shape: tuple[int, int, int]) -> None:
             f"{label}: beams returned a {type(made).__name__}; expected "
             "echobeam.schemes.beamers.Beams"
         )
-    check_array(f"{label}: beams", made.beams, shape, "complex")
-    check_array(f"{label}: covered", made.covered, shape[:2], "real")
-    check_array(f"{label}: fallback", made.fallback, shape[:1], "bool")
+    check_array(f"{label}: beams", made.beams, shape, "complex numbers")
+    check_array(f"{label}: covered", made.covered, shape[:2], "real numbers")
+    check_array(f"{label}: fallback", made.fallback, shape[:1], "true or false")
 
 
 def in_order(tracks: Tracks, roster: IntArray) -> Tracks:

@@ -58,13 +58,13 @@ def _check_shapes(name: str, decision: Decision, view: View) -> None:
     streams = np.shape(sent.beams)[1:2] or (view.n_objects,)
     per_stream = (trials, *streams)
     expected: dict[str, tuple[object, tuple[int, ...], str]] = {
-        "beams": (sent.beams, (*per_stream, n_tx), "complex"),
-        "antenna_power": (sent.antenna_power, (*per_stream, n_tx), "real"),
-        "probing": (sent.probing, (trials, n_tx), "real"),
-        "addressee": (decision.addressee, per_stream, "whole"),
-        "sensed": (decision.sensed, per_stream, "bool"),
-        "covered": (decision.covered, per_stream, "real"),
-        "fallback": (decision.fallback, (trials,), "bool"),
+        "beams": (sent.beams, (*per_stream, n_tx), "complex numbers"),
+        "antenna_power": (sent.antenna_power, (*per_stream, n_tx), "real numbers"),
+        "probing": (sent.probing, (trials, n_tx), "real numbers"),
+        "addressee": (decision.addressee, per_stream, "whole numbers"),
+        "sensed": (decision.sensed, per_stream, "true or false"),
+        "covered": (decision.covered, per_stream, "real numbers"),
+        "fallback": (decision.fallback, (trials,), "true or false"),
     }
     where = f"scheme {name!r}, decision of slot {view.slot}:"
     for key, (value, shape, kind) in expected.items():
