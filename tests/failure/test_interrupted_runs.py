@@ -20,7 +20,7 @@ import echobeam as eb
 from echobeam.faults import RunError
 from echobeam.store.block_files import BlockFiles, Job
 from echobeam.store.engine import COMPUTING, engine_here
-from echobeam.store.recorded import Recording, record
+from echobeam.store.recorded import Recording, input_digests, record
 from echobeam.store.writing import StoreError
 
 COMMAND = [sys.executable, "-c", "from echobeam.cli.main import main; main()"]
@@ -106,6 +106,28 @@ def test_a_changed_scheme_file_is_no_finished_run(tmp_path):
     (tmp_path / "u.py").write_text(code.format(0.001))
     with pytest.raises(StoreError, match="exists already"):
         record(recording(tmp_path / "r.nc", resume=True, **run))
+
+
+@pytest.mark.parametrize("place", ["name", "table", "table's name"])
+def test_a_changed_file_of_a_part_is_another_run(tmp_path, place):
+    part = tmp_path / "part.py"
+    part.write_text("from echobeam.schemes.trackers import ExtendedKalman as T\n")
+    text, table = f"water-filling:tracker={part}:T", {"tracker": f"{part}:T"}
+    schemes, tables = {
+        "name": ((text,), {}),
+        "table": (("water-filling",), {"water-filling": table}),
+        "table's name": ((text,), {text: {}}),
+    }[place]
+    scenario = eb.load_scenario("paper-single")
+    if tables:
+        scenario = scenario.model_copy(
+            update={"schemes": tuple(tables), "scheme_parameters": tables}
+        )
+    before = input_digests(scenario, schemes)
+    assert len(before) == 1
+    assert input_digests(scenario, schemes) == before
+    part.write_text(part.read_text() + "# changed\n")
+    assert input_digests(scenario, schemes) != before
 
 
 def test_blocks_of_another_run_are_refused_and_kept(tmp_path, monkeypatch):

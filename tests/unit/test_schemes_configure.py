@@ -163,6 +163,79 @@ def test_the_system_of_a_result_is_that_of_its_scheme_even_if_its_file_is_gone()
     assert system_for(SCENARIO, "mine").coverage == SCENARIO.coverage
 
 
+def test_the_table_of_a_files_scheme_is_found_by_the_name_in_the_result():
+    tables = {"dir/covs.py:mine": {"min_rate": 1, "centre": "previous"}}
+    scenario = SCENARIO.model_copy(update={"schemes": tuple(tables), "scheme_parameters": tables})
+    for name in ("mine", "mine:ripple=2"):
+        coverage = system_for(scenario, name).coverage
+        assert (coverage.min_rate, coverage.centre) == (1.0, "previous")
+    assert system_for(scenario, "mine:ripple=2").coverage.ripple == 2.0
+    assert system_for(scenario, "yours").coverage == SCENARIO.coverage
+
+
+def test_all_that_is_wrong_is_said_at_once():
+    wrong = ["temporal:foo=1,ripple=-1,cold_every=0", "nonsense", "pilot:bar=2"]
+    with pytest.raises(SchemeError) as fault:
+        configure_all(SCENARIO, wrong)
+    lines = str(fault.value).splitlines()
+    for line, said in zip(
+        lines,
+        ["foo: unknown", "ripple: -1.0", "cold_every: 0", "'nonsense'", "bar: unknown"],
+        strict=True,
+    ):
+        assert said in line
+
+
+def test_a_table_that_contradicts_its_own_name_is_refused():
+    tables = {"temporal:ripple=5": {"ripple": 1}}
+    scenario = SCENARIO.model_copy(update={"schemes": tuple(tables), "scheme_parameters": tables})
+    with pytest.raises(SchemeError, match="ripple: 1 in its table contradicts its name"):
+        configure_all(scenario, None)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "temporal:tracker=held",
+        "pilot:beamer=cover",
+        "pilot:aim=prior",
+        "water-filling:tracker=held",
+    ],
+)
+def test_parts_that_can_only_send_nothing_are_refused(text):
+    with pytest.raises(SchemeError, match="predicts nothing, and beams aimed at the prediction"):
+        configure(SCENARIO, text)
+    assert configure(SCENARIO, "temporal:tracker=held,aim=last").scheme.beamer.aim == "last"
+    assert configure(SCENARIO, "temporal:tracker=held,frame=omni")
+
+
+def test_true_is_no_number():
+    with pytest.raises(SchemeError, match="cold_every: True is not accepted; expected a whole"):
+        configure(SCENARIO, "temporal:cold_every=true")
+
+
+def test_a_field_of_a_users_own_goes_before_a_key_of_the_scenario(tmp_path):
+    path = tmp_path / "own.py"
+    path.write_text(
+        "from dataclasses import dataclass\n"
+        "@dataclass(frozen=True)\n"
+        "class Own:\n"
+        "    width: float = 7.0\n"
+        "    late: 'Undefined' = 0.5\n"
+        "    name: str = 'own'\n"
+        "    def __post_init__(self):\n"
+        "        if self.late > 1:\n"
+        "            raise RuntimeError('late above 1')\n"
+        "    def __call__(self, prior, view): ...\n"
+    )
+    found = configure(SCENARIO, f"{path}:Own:width=2,late=0.25")
+    assert found.system.coverage.width == SCENARIO.coverage.width
+    function = found.scheme.beamer.function
+    assert (function.width, function.late) == (2.0, 0.25)
+    with pytest.raises(SchemeError, match="late: raised RuntimeError: late above 1"):
+        configure(SCENARIO, f"{path}:Own:late=2")
+
+
 def test_two_of_one_name_are_refused():
     with pytest.raises(SchemeError, match="'temporal:ripple=1' is asked for twice"):
         configure_all(SCENARIO, ["temporal:ripple=1", "temporal:ripple=1"])
