@@ -100,7 +100,7 @@ CASES = {
 }
 
 
-QUICK = ("variants with long names", "no objects", "one trial", "everything NaN")
+QUICK = ("variants with long names", "no objects")
 
 
 @pytest.fixture(

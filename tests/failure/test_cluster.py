@@ -68,6 +68,7 @@ def test_a_worker_killed_in_mid_run_costs_nothing(cluster, tmp_path):
     same(tmp_path / "here.nc", tmp_path / "there.nc")
 
 
+@pytest.mark.slow
 def test_no_scheduler_is_one_message(tmp_path, monkeypatch):
     monkeypatch.setattr("echobeam.store.cluster.PATIENCE", "1s")
     with pytest.raises(ClusterError, match=r"127\.0\.0\.1:9.*no scheduler answers"):

@@ -409,8 +409,17 @@ def test_every_page_is_in_the_navigation() -> None:
 
 # Snippets
 
+LONG = ("schemes", "reproducibility")
+"""Pages whose snippets take seconds."""
 
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.stem)
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem in LONG))
+        for path in TEXTS
+    ],
+)
 def test_snippets_run(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every Python block of a page, in order and in one namespace; a titled one is a file too.
 

@@ -108,6 +108,7 @@ def test_a_folder_that_cannot_be_written_to_is_refused_before_any_work(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="no /proc here")
 def test_a_place_that_is_no_folder_to_write_to_exits_with_2_and_one_line():
     command = [sys.executable, "-c", "from echobeam.cli.main import main; main()"]

@@ -232,7 +232,9 @@ def test_an_honest_filter_is_found_honest():
 
 
 @pytest.mark.parametrize("centre", ["predicted", "previous"])
-@pytest.mark.parametrize("spread", ["measurement", "posterior"])
+@pytest.mark.parametrize(
+    "spread", ["measurement", pytest.param("posterior", marks=pytest.mark.slow)]
+)
 def test_the_coverage_counts_true_angles_inside_the_covered_interval(centre, spread):
     """Counted once more, trial by trial, from the priors and the variances that were given."""
     keys = {"coverage.centre": centre, "coverage.spread": spread}
