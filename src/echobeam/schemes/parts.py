@@ -211,8 +211,7 @@ def _check_beams(label: str, made: object, shape: tuple[int, int, int]) -> None:
     """Refuse what is no `Beams` of the tracks ``(T, C, N)``."""
     if not isinstance(made, Beams):
         raise SchemeError(
-            f"{label}: beams returned a {type(made).__name__}; expected "
-            "echobeam.schemes.beamers.Beams"
+            f"{label}: beams returned a {type(made).__name__}; expected echobeam.Beams"
         )
     check_array(f"{label}: beams", made.beams, shape, "complex numbers")
     check_array(f"{label}: covered", made.covered, shape[:2], "real numbers")
