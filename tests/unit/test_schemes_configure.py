@@ -10,6 +10,7 @@ import pytest
 import echobeam as eb
 from echobeam.faults import InputError
 from echobeam.schemes.base import SchemeError
+from echobeam.schemes.beamers import halfwidth
 from echobeam.schemes.configure import configure, configure_all, defaults, split, system_for
 from echobeam.schemes.frames import OmniFrame
 from echobeam.schemes.registry import available, available_parts, find_part
@@ -258,3 +259,18 @@ def test_a_users_own_check_of_a_parameter_is_the_message():
 
     with pytest.raises(SchemeError, match="x: share must lie between 0 and 1, not 7"):
         set_parameter(as_scheme(Careful()), "share", "7", "x")
+
+
+def test_the_cover_is_that_of_the_measurement_or_of_the_prior():
+    """l sigma_theta of (38f), at most the widest cover asked for."""
+    cov = np.zeros((1, 2, 3, 3))
+    cov[0, :, 0, 0] = [0.01**2, 9.0]
+    prior = eb.Tracks(np.ones((1, 2, 3)), cov, np.full((1, 2), 2, np.int8), np.array([[0, 1]]))
+    measured = np.array([[0.05, 0.02]])
+    for text, expected in [
+        ("temporal:width=2", [0.1, 0.04]),
+        ("temporal:width=2,spread=posterior", [0.02, np.pi / 4]),
+        ("temporal:width=30,max_halfwidth=1 rad", [1.0, 0.6]),
+    ]:
+        covered = halfwidth(prior, measured, configure(SCENARIO, text).system)
+        np.testing.assert_allclose(covered, [expected], rtol=1e-15)
