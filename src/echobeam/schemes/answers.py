@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from echobeam.physics.polar import POLAR
 from echobeam.schemes.base import SchemeError
 from echobeam.values import Mode, Status, Tracks
-
-STATE_SIZE = 3
 
 KINDS = {
     "complex numbers": "ciuf",
@@ -70,8 +69,8 @@ def check_tracks(label: str, tracks: Tracks, n_trials: int) -> None:
             f"{label}: id is of shape {leading}; expected (trials, tracks) with {n_trials} trials"
         )
     check_array(f"{label}: id", tracks.id, leading, "whole numbers")
-    check_array(f"{label}: mean", tracks.mean, (*leading, STATE_SIZE), "real numbers")
-    check_array(f"{label}: cov", tracks.cov, (*leading, STATE_SIZE, STATE_SIZE), "real numbers")
+    check_array(f"{label}: mean", tracks.mean, (*leading, POLAR.size), "real numbers")
+    check_array(f"{label}: cov", tracks.cov, (*leading, POLAR.size, POLAR.size), "real numbers")
     check_array(f"{label}: status", tracks.status, leading, "whole numbers")
     if not np.isin(tracks.status, list(Status)).all():
         raise SchemeError(f"{label}: status is none of {', '.join(str(int(s)) for s in Status)}")

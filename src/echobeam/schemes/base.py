@@ -14,6 +14,7 @@ import numpy as np
 
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
+from echobeam.physics.polar import POLAR
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.tables import ArrayTable, CoverageTable, FilterTable, FrameTable, RadioTable
 from echobeam.values import (
@@ -189,7 +190,7 @@ class Scheme(Protocol):
         """Return the posterior, Eqs. (47)-(49)."""
 
 
-def no_tracks(roster: IntArray, size: int = 3) -> Tracks:
+def no_tracks(roster: IntArray, size: int = POLAR.size) -> Tracks:
     """Return tracks of which nothing is known, one for each column of a roster ``(T, K)``."""
     return Tracks(
         mean=np.full((*roster.shape, size), np.nan),
