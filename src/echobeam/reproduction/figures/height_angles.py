@@ -62,8 +62,9 @@ def draw(results: Results) -> Picture:
     handles: list[Line2D] = []
     for axes, metres in zip(panels.flat, SHOWN, strict=False):
         handles = _draw_height(axes, results, metres)
-    for axes in panels.flat[1:3]:
-        axes.set_ylim(panels[0, 0].get_ylim())
+    low, high = zip(*(axes.get_ylim() for axes in panels.flat[:3]), strict=True)
+    for axes in panels.flat[:3]:
+        axes.set_ylim(min(low), max(high))
     _draw_heights(panels[1, 1], results)
     outcome = results[height(SHOWN[0]).name]
     draw_as.titled(
