@@ -8,6 +8,7 @@ JOBS   ?= 2
 .PHONY: demo test quick bench compiled lint types rules docs clean
 
 demo: $(VENV)/.demo
+	$(BIN)/echobeam compile
 	$(BIN)/echobeam run paper-multi --trials 200 --jobs $(JOBS) --out paper-multi.nc --force
 	$(BIN)/echobeam plot paper-multi.nc
 
@@ -22,7 +23,7 @@ bench: $(VENV)/.dev
 
 # Compiles the beam solver once, so that no test waits for the compiler and no two do it at once.
 compiled: $(VENV)/.dev
-	$(BIN)/echobeam bench --case test-point --method fast --repeat 1 --quiet
+	$(BIN)/echobeam compile --quiet
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff format --check src tests benchmarks

@@ -1,6 +1,6 @@
 """Random beam design problems, each designed, examined and compared with the reduced relaxation.
 
-``python benchmarks/random_problems.py [problems] [--method numpy] [--file LINES]``: one line of
+``python benchmarks/random_problems.py [problems] [--file LINES]``: one line of
 JSON per problem is appended to the file; problems that are in it are not solved again.
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.design import design_beams
-from echobeam.beamforming.fast import batch_of, compiled_by, solve_examined
+from echobeam.beamforming.fast import batch_of, solve_examined
 from echobeam.beamforming.problem import BeamProblem
 
 SEED = 2026
@@ -70,14 +70,14 @@ def draw(index: int) -> BeamProblem:
     )
 
 
-def examined(index: int, method: str, sdp_seconds: float) -> dict[str, Any]:
+def examined(index: int, sdp_seconds: float) -> dict[str, Any]:
     """Return what one problem shows."""
     problem = draw(index)
     begun = time.process_time()
-    found, good = solve_examined(batch_of(problem), compiled_by(method))
+    found, good = solve_examined(batch_of(problem))
     direct = time.process_time() - begun
     begun = time.process_time()
-    answer = design_beams(problem, method)
+    answer = design_beams(problem)
     seconds = time.process_time() - begun
     row = {
         "index": index,
@@ -211,7 +211,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("problems", type=int, nargs="?", default=PROBLEMS)
     parser.add_argument("--file", type=Path, default=Path("random_problems.jsonl"))
-    parser.add_argument("--method", choices=["fast", "numpy"], default="fast")
     parser.add_argument("--sdp", type=float, default=20.0, help="seconds for the relaxation")
     options = parser.parse_args()
     rows = {}
@@ -220,7 +219,7 @@ def main() -> None:
     with options.file.open("a") as lines:
         for index in range(options.problems):
             if index not in rows:
-                rows[index] = examined(index, options.method, options.sdp)
+                rows[index] = examined(index, options.sdp)
                 lines.write(json.dumps(rows[index]) + "\n")
                 lines.flush()
     print(report([rows[index] for index in range(options.problems)]))

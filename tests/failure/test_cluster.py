@@ -76,31 +76,29 @@ def test_no_scheduler_is_one_message(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def other_solver():
-    """Make this process one in which the beams would come from another solver."""
+def other_libraries():
+    """Make this process one with another version of a library."""
     from echobeam.store import engine
 
-    has_numba = engine.can_compile()
-    engine.can_compile = lambda: not has_numba
+    engine.environment = lambda: "python 3.9; numpy 1.26.0"
 
 
-def test_a_worker_with_another_solver_refuses():
+def test_a_worker_with_other_libraries_refuses():
     ours = engine_here()
-    other = {"compiled": "numpy", "numpy": "compiled"}[ours.solver]
-    with pytest.raises(ClusterError, match=r"give other numbers.*beam solver.*there; install"):
-        compute(nap, 0, ours._replace(solver=other))
+    with pytest.raises(ClusterError, match=r"give other numbers.*numpy 1\.26\.0; there.*; install"):
+        compute(nap, 0, ours._replace(environment="numpy 1.26.0"))
     with pytest.raises(ClusterError, match=r"version 9\.9; there it is"):
         compute(nap, 0, ours._replace(version="9.9"))
     assert compute(nap, 7, ours)[0] == 7
 
 
 @pytest.mark.slow
-def test_a_cluster_with_another_solver_is_one_message(tmp_path):
+def test_a_cluster_with_other_libraries_is_one_message(tmp_path):
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0"
     ) as cluster:
         with distributed.Client(cluster.scheduler_address) as client:
-            client.run(other_solver)
+            client.run(other_libraries)
         there = Workers(dask=cluster.scheduler_address)
         with pytest.raises(ClusterError, match="would give other numbers"):
             record(recording(tmp_path / "r.nc", trials=2, workers=there))

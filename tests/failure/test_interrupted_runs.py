@@ -173,26 +173,6 @@ def test_blocks_of_other_code_are_refused(tmp_path, begun, words):
         files.held(resumed, 1, resume=True, force=False).__enter__()
 
 
-@pytest.mark.parametrize(
-    ("begun", "now", "words"),
-    [
-        (True, False, "begun with the compiled beam solver; Numba is not installed here"),
-        (False, True, "begun with the beam solver without compilation; Numba is installed here"),
-    ],
-)
-def test_blocks_with_and_without_the_compiled_solver_are_not_mixed(
-    tmp_path, monkeypatch, begun, now, words
-):
-    path = tmp_path / "r.nc"
-    monkeypatch.setattr("echobeam.store.engine.can_compile", lambda: begun)
-    interrupted(path)
-    monkeypatch.setattr("echobeam.store.engine.can_compile", lambda: now)
-    with pytest.raises(StoreError, match=words):
-        record(recording(path, resume=True))
-    monkeypatch.setattr("echobeam.store.engine.can_compile", lambda: begun)
-    record(recording(path, resume=True))
-
-
 def test_the_rooms_that_compute_are_those_below_the_simulation():
     """A block is what the simulation and all that it may import make of a job."""
     rules = configparser.ConfigParser()

@@ -38,7 +38,7 @@ def test_hardly_any_ripple_over_a_wide_cover_is_answered_in_seconds(
 ) -> None:
     problem = _problem(ripple, halfwidth, floor)
     begun = time.perf_counter()
-    answer = design_beams(problem, "numpy")
+    answer = design_beams(problem)
     assert time.perf_counter() - begun < (1.0 if ripple == 0.0 else 60.0)
     assert answer.status == "fallback"
     assert "object" in answer.message
@@ -83,7 +83,7 @@ def test_lobes_of_a_cover_are_its_phases_over_those_of_one_lobe() -> None:
 @pytest.mark.slow
 def test_a_little_ripple_is_used_where_the_search_ends_unfinished() -> None:
     problem = _problem(1e-4, 30.0)
-    answer = design_beams(problem, "numpy")
+    answer = design_beams(problem)
     flat = np.log2(1.0 + problem.power / problem.distances[0] ** 2)
     assert "object" in answer.message
     assert answer.objective > 1.5 * flat
@@ -96,4 +96,4 @@ def test_flat_beams_reach_every_object_alike() -> None:
     beams[0, 0] = np.sqrt(problem.power)
     alone = np.log2(1.0 + problem.power / problem.distances[0] ** 2)
     np.testing.assert_allclose(rates(problem, beams), [alone, 0.0])
-    np.testing.assert_allclose(design_beams(problem, "numpy").objective, alone)
+    np.testing.assert_allclose(design_beams(problem).objective, alone)

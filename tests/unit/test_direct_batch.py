@@ -45,7 +45,6 @@ def _alone(batch: ProblemBatch, trial: int) -> ProblemBatch:
         {"coverage_halfwidths": np.zeros((3, 2)), "ripple": np.zeros(2)},
         {"power": 1e-3, "min_rate": np.full(2, 4e-7)},
         {"power": 1e6, "min_rate": np.ones(2)},
-        {"n_tx": 1, "ripple": np.full(2, 0.5), "min_rate": np.zeros(2)},
         {"n_tx": 2, "ripple": np.full(2, 0.5), "min_rate": np.zeros(2)},
     ],
 )
@@ -55,6 +54,12 @@ def test_beams_keep_every_constraint_on_the_full_grid(changes: dict[str, Any]) -
     assert result.converged.all()
     for trial in range(len(batch)):
         assert violation(batch.problem(trial), result.beams[trial]).largest < 1e-8
+
+
+def test_a_single_antenna_is_left_to_others() -> None:
+    active = np.array([[True, False], [False, False], [True, True]])
+    result = solve_batch(_batch(n_tx=1, active=active))
+    assert result.converged.tolist() == [False, True, False]
 
 
 def test_one_object_without_coverage_gets_the_matched_beam() -> None:

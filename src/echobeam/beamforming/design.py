@@ -15,7 +15,6 @@ from echobeam.beamforming.certificate import floor_part, violation
 from echobeam.beamforming.coverage import coverage_steps
 from echobeam.beamforming.fast import (
     FEASIBLE,
-    compiled_by,
     long_relaxation,
     short_floors,
     solve_examined,
@@ -29,7 +28,6 @@ from echobeam.values import ComplexArray
 
 SOLVERS = {
     "fast": ("echobeam.beamforming.fast", "solve"),
-    "numpy": ("echobeam.beamforming.fast", "solve_with_numpy"),
     "sdp": ("echobeam.beamforming.relaxation", "solve"),
     "reference": ("echobeam.beamforming.reference", "solve"),
 }
@@ -52,10 +50,9 @@ def design_beams(
     problem
         Objects, coverage, floors, power.
     method
-        ``"fast"``: the direct solver on rank-one beams, compiled where Numba is installed, and
-        ``"sdp"`` where that fails. ``"numpy"``: the same, not compiled. ``"sdp"``: the reduced
-        relaxation and a rank-one beam from it. ``"reference"``: the paper's SDR + SCA + IRM
-        through CVXPY.
+        ``"fast"``: the direct solver on rank-one beams, and ``"sdp"`` where that fails. ``"sdp"``:
+        the reduced relaxation and a rank-one beam from it. ``"reference"``: the paper's SDR + SCA +
+        IRM through CVXPY.
     certify
         Prove how good the beams are by branch and bound, or find better ones. This takes longer,
         and ends with the gap that it has when boxes or time run out; the message says so. For a
@@ -109,8 +106,8 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
         fallback=np.zeros(len(distinct), dtype=bool),
     )
     left = dict.fromkeys(range(len(distinct)), method)
-    if method in ("fast", "numpy"):
-        left = _design_together(distinct, answer, method)
+    if method == "fast":
+        left = _design_together(distinct, answer)
     for trial, how in left.items():
         _put(answer, distinct, trial, _one(distinct, trial, how))
     return BatchAnswer(
@@ -147,31 +144,29 @@ def _check_size(problem: BeamProblem) -> None:
         )
 
 
-def _design_together(batch: ProblemBatch, answer: BatchAnswer, method: str) -> dict[int, str]:
+def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> dict[int, str]:
     """Take what the direct solver finds; return the trials that are left, and a method for each."""
     sound = sound_trials(batch)
     which = np.flatnonzero(sound)
-    found, good = solve_examined(batch.taken(which), compiled_by(method))
+    found, good = solve_examined(batch.taken(which))
     kept = which[good]
     answer.beams[kept] = found.beams[good]
     answer.objective[kept] = found.objective[good]
     short = np.flatnonzero(good & found.floors_infeasible)
     answer.fallback[which[short]] = True
-    messages = short_floors(batch.taken(which), found, short, compiled_by(method))
+    messages = short_floors(batch.taken(which), found, short)
     answer.messages.update(zip(which[short].tolist(), messages, strict=True))
     left = sorted(set(range(len(batch))) - set(kept.tolist()))
-    return {
-        trial: _second_method(batch, trial, method) if sound[trial] else method for trial in left
-    }
+    return {trial: _second_method(batch, trial) if sound[trial] else "fast" for trial in left}
 
 
-def _second_method(batch: ProblemBatch, trial: int, method: str) -> str:
+def _second_method(batch: ProblemBatch, trial: int) -> str:
     """Return what takes over a trial that the direct solver left.
 
     It would not do better on the trial alone; but where the relaxation takes minutes the method
     has a faster way out.
     """
-    return method if long_relaxation(batch.problem(trial)) else "sdp"
+    return "fast" if long_relaxation(batch.problem(trial)) else "sdp"
 
 
 def _put(answer: BatchAnswer, batch: ProblemBatch, trial: int, found: BeamAnswer | str) -> None:

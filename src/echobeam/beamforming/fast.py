@@ -16,7 +16,7 @@ from echobeam.beamforming.certificate import (
     violation,
 )
 from echobeam.beamforming.coverage import coverage_grid
-from echobeam.beamforming.direct import DirectResult, solve_batch
+from echobeam.beamforming.direct import LEAST_ANTENNAS, DirectResult, solve_batch
 from echobeam.beamforming.fallback import named_faults
 from echobeam.beamforming.flat import STIFF_LOBES, cover_lobes, flat_proposal
 from echobeam.beamforming.objective import beam_gains, rates, rates_from_gains
@@ -29,9 +29,6 @@ from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 FEASIBLE = 1e-6
 """Largest relative violation of a design that passes for feasible."""
-
-LEAST_ANTENNAS = 2
-"""One antenna has one pattern: there is no shape to look for."""
 
 LEAST_RIPPLE = 1e-3
 """With less ripple allowed there is hardly an interior for an interior-point method to be in: it
@@ -51,18 +48,11 @@ EXAMINED = 2e6
 """Numbers of the full grids' steering vectors that are examined at a time."""
 
 
-def solve(problem: BeamProblem, compiled: bool | None = None) -> Proposal:
+def solve(problem: BeamProblem) -> Proposal:
     """Solve problem (38) with K >= 1 objects; what the direct solver leaves, the relaxation does.
 
     Where the floors (38e) are out of reach, its beams meet the largest common part of them, and
     the message names what is at fault.
-
-    Parameters
-    ----------
-    problem
-        The problem.
-    compiled
-        As in `solve_batch`.
     """
     if problem.n_tx < LEAST_ANTENNAS:
         return relaxation.solve(problem)
@@ -74,7 +64,7 @@ def solve(problem: BeamProblem, compiled: bool | None = None) -> Proposal:
         if np.any(stiff & (problem.ripple < LEAST_SEARCHED)):
             return flat_proposal(problem, lobes)
     batch = batch_of(problem)
-    found = _solved(batch, compiled)
+    found = _solved(batch)
     factor = float(found.floor_factor[0])
     examined = violation(problem, found.beams[0])
     lowered = examined
@@ -93,28 +83,16 @@ def solve(problem: BeamProblem, compiled: bool | None = None) -> Proposal:
         beams=found.beams[0],
         proof=Proof(prove),
         status="fallback" if short else "optimal",
-        message=short_floors(batch, found, np.zeros(1, dtype=np.int64), compiled)[0]
-        if short
-        else "",
+        message=short_floors(batch, found, np.zeros(1, dtype=np.int64))[0] if short else "",
         iterations=int(found.iterations[0]),
         examined=examined,
     )
 
 
-def solve_with_numpy(problem: BeamProblem) -> Proposal:
-    """Solve problem (38) without compiled code, see `solve`."""
-    return solve(problem, compiled=False)
-
-
-def compiled_by(method: str) -> bool | None:
-    """Return whether a method's direct solver is compiled; None: where that is possible."""
-    return False if method == "numpy" else None
-
-
-def _solved(batch: ProblemBatch, compiled: bool | None) -> DirectResult:
+def _solved(batch: ProblemBatch) -> DirectResult:
     # A step that goes too far may overflow before it is cut back; what comes out is examined.
     with np.errstate(all="ignore"):
-        return solve_batch(batch, compiled)
+        return solve_batch(batch)
 
 
 def long_relaxation(problem: BeamProblem) -> bool:
@@ -164,9 +142,7 @@ def _worth(problem: BeamProblem, beams: ComplexArray) -> tuple[float, float]:
     return (1.0 if part >= 1.0 - FEASIBLE else part), float(np.sum(achieved))
 
 
-def solve_examined(
-    batch: ProblemBatch, compiled: bool | None = None
-) -> tuple[DirectResult, BoolArray]:
+def solve_examined(batch: ProblemBatch) -> tuple[DirectResult, BoolArray]:
     """Return what the direct solver found, and which trials' beams converged and keep (38).
 
     Of floors (38e) that are out of reach the part counts that the solver says it meets.
@@ -175,10 +151,8 @@ def solve_examined(
     ----------
     batch
         T trials.
-    compiled
-        As in `solve_batch`.
     """
-    found = _solved(batch, compiled)
+    found = _solved(batch)
     good = found.converged.copy()
     steps = np.where(batch.active, batch.coverage_halfwidths, 0.0) / batch.resolution
     numbers = (2.0 * steps.max(initial=0.0) + 3.0) * batch.active.shape[1] * batch.n_tx
@@ -189,9 +163,7 @@ def solve_examined(
     return found, good
 
 
-def short_floors(
-    batch: ProblemBatch, found: DirectResult, which: IntArray, compiled: bool | None = None
-) -> list[str]:
+def short_floors(batch: ProblemBatch, found: DirectResult, which: IntArray) -> list[str]:
     """Return what is at fault in trials whose floors (38e) are out of reach, in words.
 
     Parameters
@@ -200,10 +172,8 @@ def short_floors(
         The problems and what the direct solver found.
     which
         Trials to speak of.
-    compiled
-        As in `solve_batch`.
     """
-    alone = _alone(batch, found, which, compiled)
+    alone = _alone(batch, found, which)
     messages = []
     for trial, reach in zip(which, alone, strict=True):
         active = batch.active[trial]
@@ -214,9 +184,7 @@ def short_floors(
     return messages
 
 
-def _alone(
-    batch: ProblemBatch, found: DirectResult, which: IntArray, compiled: bool | None
-) -> Array:
+def _alone(batch: ProblemBatch, found: DirectResult, which: IntArray) -> Array:
     """Return the rate that each object could have with all the power and no other beam.
 
     ``(len(which), K)``; where the beam found would keep its floor so, that is all that is asked.
@@ -235,7 +203,7 @@ def _alone(
     single = np.zeros(lonely.active.shape, dtype=bool)
     single[np.arange(trials.size), objects] = True
     unasked = np.zeros_like(batch.min_rate)
-    best = solve_batch(replace(lonely, active=single, min_rate=unasked, warm_start=None), compiled)
+    best = solve_batch(replace(lonely, active=single, min_rate=unasked, warm_start=None))
     limit = np.log1p(batch.n_tx / loss[trials, objects]) / np.log(2.0)
     rate[trials, objects] = np.where(best.converged, best.objective, limit)
     return rate

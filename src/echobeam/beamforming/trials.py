@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.beamforming.coverage import coverage_steps
-from echobeam.beamforming.fast import LEAST_ANTENNAS, LEAST_RIPPLE
+from echobeam.beamforming.direct import LEAST_ANTENNAS
+from echobeam.beamforming.fast import LEAST_RIPPLE
 from echobeam.beamforming.problem import LEAST, MOST, ProblemBatch, fitting_loss
 from echobeam.values import BoolArray, IntArray
 

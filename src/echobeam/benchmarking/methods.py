@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from echobeam.beamforming.design import design_batch, design_beams
-from echobeam.beamforming.direct.batch import can_compile, solve_batch
+from echobeam.beamforming.direct.batch import solve_batch
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.benchmarking import full_size
 from echobeam.benchmarking.problems import BATCH
@@ -118,20 +118,17 @@ def _cvxpy(name: str, solver: str) -> Method:
     )
 
 
-COMPILED = "compiled" if can_compile() else "not compiled (Numba is not installed)"
-_FAST, _NUMPY = partial(_together, "fast"), partial(_together, "numpy")
+_FAST = partial(_together, "fast")
 
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
-        Method("fast", f"a batch in one call, {COMPILED}", _FAST, together=BATCH),
+        Method("fast", "a batch in one call", _FAST, together=BATCH),
         Method("fast-warm", "the same, warm-started", _FAST, together=BATCH, warm=True),
         Method("fast-single", "one problem alone", partial(_alone, "fast")),
         Method("fast-single-warm", "the same, warm-started", partial(_alone, "fast"), warm=True),
         Method("direct", "one problem alone, not examined", _direct),
         Method("direct-warm", "the same, warm-started", _direct, warm=True),
-        Method("numpy", "a batch in one call, not compiled", _NUMPY, together=BATCH),
-        Method("numpy-warm", "the same, warm-started", _NUMPY, together=BATCH, warm=True),
         Method("sdp", "the reduced relaxation", partial(_alone, "sdp"), most=16, most_objects=4),
         _cvxpy("cvxpy-scs", "SCS"),
         _cvxpy("cvxpy-clarabel", "CLARABEL"),

@@ -13,7 +13,7 @@ import click
 @click.argument("problem", type=click.Path(path_type=Path, allow_dash=True))
 @click.option(
     "--method",
-    type=click.Choice(["fast", "numpy", "sdp", "reference"]),
+    type=click.Choice(["fast", "sdp", "reference"]),
     default="fast",
     show_default=True,
     help="How to solve it.",

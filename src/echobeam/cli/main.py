@@ -20,6 +20,7 @@ COMMANDS = {
     "beam": "Design the beams of one slot from a JSON problem.",
     "bench": "Time the slot decision of every method on the same problems.",
     "reproduce": "Reproduce the paper's figures and judge its claims.",
+    "compile": "Compile the beam solver now, and say where it is kept.",
 }
 """Every command and what it does; each lives in the module of its name."""
 

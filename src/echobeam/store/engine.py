@@ -1,4 +1,4 @@
-"""What numbers come from besides their job: version, beam solver and sources.
+"""What numbers come from besides their job: version, libraries and sources.
 
 The same job gives the same bits wherever these are the same.
 """
@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from echobeam.beamforming.direct.batch import can_compile
 from echobeam.simulation.environment import environment
 from echobeam.version import __version__
 
@@ -38,21 +37,18 @@ class Engine(NamedTuple):
         Of the package.
     environment
         Python, libraries and processor.
-    solver
-        "compiled" where Numba is installed, else "numpy": the two differ in the last digits.
     sources
         SHA-256 of the rooms that compute, for code that changes under one version.
     """
 
     version: str
     environment: str
-    solver: str
     sources: str
 
 
 def engine_here() -> Engine:
     """Return what computes in this process."""
-    return Engine(__version__, environment(), "compiled" if can_compile() else "numpy", _sources())
+    return Engine(__version__, environment(), _sources())
 
 
 @cache
@@ -83,14 +79,6 @@ def differences(begun: Engine, ours: Engine, where: str = "here") -> str:
     said = []
     if begun.environment != ours.environment:
         said.append(f"{begun.environment}; {where} it is {ours.environment}")
-    if begun.solver != ours.solver:
-        said.append(_SOLVER_WORDS[begun.solver].format(where=where))
     if begun.sources != ours.sources:
         said.append(f"other code of version {begun.version} than {where}")
     return ", and with ".join(said)
-
-
-_SOLVER_WORDS = {
-    "compiled": "the compiled beam solver; Numba is not installed {where}",
-    "numpy": "the beam solver without compilation; Numba is installed {where}",
-}

@@ -1,5 +1,9 @@
-"""The direct solver on rank-one beams: `solve_batch` designs the beams of a block of trials."""
+"""Direct solver on rank-one beams: `batch.solve_batch` designs the beams of a block of trials.
 
-from echobeam.beamforming.direct.batch import DirectResult, solve_batch
+Read `batch` first, then `climb`. `batch`, `found` and `subsets` are plain Python; all other files
+are compiled, into one function that `trials` calls.
+"""
 
-__all__ = ["DirectResult", "solve_batch"]
+from echobeam.beamforming.direct.batch import LEAST_ANTENNAS, DirectResult, solve_batch
+
+__all__ = ["LEAST_ANTENNAS", "DirectResult", "solve_batch"]

@@ -1,37 +1,39 @@
 """The direct solver: rank-one beams for problem (38), a whole batch of trials in one call.
 
-A trial's beams are found in the dual uplink (`uplink`), where their shapes separate; the shapes
-of all beams of all trials take their Newton steps together (`barrier`), with the powers improved
-in between. The first rounds impose a few points of each cover, later ones whatever the full grid
-shows to be missed (`cuts`). What does not converge starts again from another chirp; what still
-does not says so. Where Numba is installed, the trials are solved one after the other by the same
-steps, compiled (`compiled`).
+A trial's beams are found in the dual uplink (`powers`), where their shapes separate: each shape
+takes its Newton steps (`step`), with the powers improved in between (`climb`). The first rounds
+impose a few points of each cover, later ones those that violate it on the full grid (`grid`). A
+trial that does not converge starts again from another chirp (`start`); one that still does not
+says so. Where interference matters, other sets of objects to serve are tried (`subsets`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
-from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from echobeam.beamforming.direct.beams import beam_set, cover_phases, node_count
-from echobeam.beamforming.direct.chirp import CHIRPS
-from echobeam.beamforming.direct.climb import Climber, Trials
-from echobeam.beamforming.direct.contest import settle
+from echobeam.beamforming.coverage import coverage_grid
+from echobeam.beamforming.direct.subsets import settle
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
-CHUNK = 256
-"""Beams that NumPy works on at a time: what fits the cache."""
+if TYPE_CHECKING:
+    from echobeam.beamforming.direct.trials import CompiledTrials
 
-NODES_CHUNK = 16384
-"""Beams whose covers are compared at a time."""
+CHIRPS = (0.6, 1.0, 0.3)
+"""Rates of the chirp of the first start and of those after failures."""
 
-COMPILED_CHUNK = 4096
+LEAST_ANTENNAS = 2
+"""One antenna has one pattern: there is no shape to look for."""
+
+CHUNK = 4096
 """Beams whose grids are laid out at a time."""
+
+PROBED = 256
+"""Beams that are probed at a time in the search over sets of objects."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,17 +64,14 @@ class DirectResult:
     iterations: IntArray
 
 
-def solve_batch(batch: ProblemBatch, compiled: bool | None = None) -> DirectResult:
+def solve_batch(batch: ProblemBatch) -> DirectResult:
     """Solve problem (38) for every trial of a batch, by beams of rank one.
 
     Parameters
     ----------
     batch
-        T trials with up to K objects. A trial's answer does not depend on the others but for
-        rounding.
-    compiled
-        Solve trial by trial with compiled code, or all trials together with NumPy; by default the
-        former where Numba is installed. The algorithm is the same.
+        T trials with up to K objects. A trial's answer does not depend on the others. Those with
+        objects and a single antenna are left, as not converged.
     """
     n_trials, n_objects = batch.active.shape
     result = DirectResult(
@@ -83,18 +82,12 @@ def solve_batch(batch: ProblemBatch, compiled: bool | None = None) -> DirectResu
         floor_factor=np.ones(n_trials),
         iterations=np.zeros(n_trials, dtype=np.int64),
     )
-    if compiled is None:
-        compiled = can_compile()
-    # With one antenna there is no shape to look for.
-    for task in _tasks(batch, compiled and batch.n_tx > 1):
+    if batch.n_tx < LEAST_ANTENNAS:
+        result.converged[:] = ~batch.active.any(axis=1)
+        return result
+    for task in _tasks(batch):
         _solve(task, result)
     return result
-
-
-@cache
-def can_compile() -> bool:
-    """Tell whether Numba is installed."""
-    return find_spec("numba") is not None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,28 +110,25 @@ class Task:
 
     which: IntArray
     objects: IntArray
-    trials: Climber
+    trials: CompiledTrials
     warm: ComplexArray | None
     power: float
 
 
-def _tasks(batch: ProblemBatch, compiled: bool) -> Iterator[Task]:
-    """Give trials with equally many objects, and for NumPy with equally many nodes."""
+def _tasks(batch: ProblemBatch) -> Iterator[Task]:
+    """Give trials with equally many objects."""
     counts = np.sum(batch.active, axis=1)
     for count in sorted(set(counts.tolist()) - {0}):
         alike = np.flatnonzero(counts == count)
-        step = max(1, (COMPILED_CHUNK if compiled else NODES_CHUNK) // count)
+        step = max(1, CHUNK // count)
         for begin in range(0, alike.size, step):
             which = alike[begin : begin + step]
             objects = np.nonzero(batch.active[which])[1].reshape(-1, count)
-            if compiled:
-                yield _compiled_task(batch, which, objects)
-            else:
-                yield from _numpy_tasks(batch, which, objects)
+            yield _task(batch, which, objects)
 
 
-def _compiled_task(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Task:
-    from echobeam.beamforming.direct.compiled.trials import CompiledTrials
+def _task(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Task:
+    from echobeam.beamforming.direct.trials import CompiledTrials
 
     phases, mask = _phases(batch, which, objects)
     trials = CompiledTrials(
@@ -152,32 +142,11 @@ def _compiled_task(batch: ProblemBatch, which: IntArray, objects: IntArray) -> T
     return Task(which, objects, trials, _warm(batch, which, objects), batch.power)
 
 
-def _numpy_tasks(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Iterator[Task]:
-    phases, _ = _phases(batch, which, objects)
-    width = np.max(phases, axis=-1) - np.min(phases, axis=-1)
-    nodes = node_count(np.max(width, axis=1) * batch.n_tx / (2.0 * np.pi))
-    step = max(1, CHUNK // objects.shape[1])
-    for count in sorted(set(nodes.tolist())):
-        same = np.flatnonzero(nodes == count)
-        for begin in range(0, same.size, step):
-            part = same[begin : begin + step]
-            yield _numpy_task(batch, which[part], objects[part], count)
-
-
-def _numpy_task(batch: ProblemBatch, which: IntArray, objects: IntArray, nodes: int) -> Task:
-    phases, mask = _phases(batch, which, objects)
-    trials = Trials(
-        beams=beam_set(phases, mask, batch.n_tx, batch.ripple[objects], nodes),
-        loss=_loss(batch, which, objects),
-        threshold=_threshold(batch, objects),
-    )
-    return Task(which, objects, trials, _warm(batch, which, objects), batch.power)
-
-
 def _phases(batch: ProblemBatch, which: IntArray, objects: IntArray) -> tuple[Array, BoolArray]:
     place = which[:, np.newaxis], objects
     angles, halfwidths = batch.angles[place], batch.coverage_halfwidths[place]
-    return cover_phases(angles, halfwidths, batch.resolution, batch.array)
+    grid, mask = coverage_grid(angles, halfwidths, batch.resolution)
+    return batch.array.phase(grid), mask
 
 
 def _loss(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Array:
@@ -209,7 +178,7 @@ def _solve(task: Task, result: DirectResult) -> None:
     cold = np.arange(which.size)
     if task.warm is not None:
         cold = np.flatnonzero(~np.all(np.isfinite(task.warm), axis=(1, 2)))
-    settle(trials, found, cold, CHIRPS[0], CHUNK)
+    settle(trials, found, cold, CHIRPS[0], PROBED)
     result.beams[which[:, np.newaxis], task.objects] = found.beams * np.sqrt(task.power)
     result.objective[which] = found.objective
     result.converged[which] = found.converged

@@ -1,31 +1,38 @@
-"""From a start to the optimum: shapes and powers in turn, round by round of coverage points."""
+"""Local search of one trial: shapes and powers in turn, round by round of coverage points."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import Protocol
-
 import numpy as np
 
-from echobeam.beamforming.direct import barrier, cuts, symmetric, uplink
-from echobeam.beamforming.direct.barrier import LAST_BARRIER, Shapes
-from echobeam.beamforming.direct.beams import BeamSet, other_objects
-from echobeam.beamforming.direct.chirp import FIRST_BARRIER, make_feasible, start_shapes
-from echobeam.beamforming.direct.uplink import Uplink
-from echobeam.values import Array, BoolArray, ComplexArray, IntArray
+from echobeam.beamforming.direct import powers as uplink
+from echobeam.beamforming.direct.arrays import scaled_identity
+from echobeam.beamforming.direct.compiling import compiled, inlined
+from echobeam.beamforming.direct.grid import MISSED, impose, patch
+from echobeam.beamforming.direct.linear import factor
+from echobeam.beamforming.direct.powers import Powers, downlink, improve
+from echobeam.beamforming.direct.shape import (
+    BARRIER,
+    RESIDUAL,
+    RIPPLE,
+    SHIFT,
+    TARGET,
+    Shape,
+    power_of,
+)
+from echobeam.beamforming.direct.shapes import (
+    Covers,
+    Shapes,
+    excess_of,
+    listen,
+    shape_of,
+)
+from echobeam.beamforming.direct.start import FIRST_BARRIER, make_feasible
+from echobeam.beamforming.direct.steering import lift
+from echobeam.beamforming.direct.step import LAST_BARRIER, bends, step
+from echobeam.values import Array, ComplexArray
 
 WIDE_NODES = 7
 """Nodes from which on a cover is wide, and compared with the full grid on the way."""
-
-MOST_STEPS = 150
-PROBE_STEPS = 20
-
-HELD = 12
-"""Steps for which shares that were given are held, so that the shapes are those which suit them
-and not those of a transition."""
-
-AUDIBLE = 0.01
-"""Interference over noise, at the start and with all the power, that is worth a closer look."""
 
 QUIET_STEPS = 8
 
@@ -45,14 +52,11 @@ where the optimum is flat, steps along a curved boundary are short and residuals
 CAUGHT = 1e6
 """Shift of a shape's matrix at which its steps have become too short to lead anywhere."""
 
-LIVE = 0.75
-"""Finished trials leave the working set when no more than this part of it still works."""
-
 CURVED = 3e-5
 """How far from positive semidefinite a shape's dual matrix may be, relative to its diagonal."""
 
 UNFINISHED, UNPROVED = 0.1, 0.5
-"""Parts of `Uplink.leeway` to which the beam of an object that is not served may miss the best one,
+"""Parts of `Powers.leeway` to which the beam of an object that is not served may miss the best one,
 and the proof that there is no better one: the object could not become worth serving by that."""
 
 UNKEPT = 5e-7
@@ -60,299 +64,203 @@ UNKEPT = 5e-7
 bought off where a cover leaves no direction to spare."""
 
 
-class Climber(Protocol):
-    """T trials with K objects each, and the way from a start to their optima."""
-
-    @property
-    def loss(self) -> Array:
-        """``(T, K)``, see `Uplink`."""
-
-    def taken(self, index: IntArray) -> Climber:
-        """Return some of the trials."""
-
-    def climb(
-        self, chirp: float, warm: ComplexArray | None = None, share: Array | None = None
-    ) -> Found:
-        """Return what one start leads to, see `climb`."""
-
-    def probe(self, chirp: float, share: Array) -> tuple[Array, Array]:
-        """Return shares and sum rates after a few steps, see `probe`."""
+@compiled
+def _prices(level: Array, beam: int, weight: Array) -> None:
+    """Fill ``(K - 1,)`` with the lambda of the other objects."""
+    place = 0
+    for other in range(level.size):
+        if other != beam:
+            weight[place] = level[other]
+            place += 1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trials:
-    """T trials that take their steps together: beams trial by trial, losses and floors."""
-
-    beams: BeamSet
-    loss: Array
-    threshold: Array
-
-    def taken(self, index: IntArray) -> Trials:
-        """Return some of the trials."""
-        return Trials(
-            self.beams.taken(_beams_of(index, self.loss.shape[1])),
-            self.loss[index],
-            self.threshold[index],
-        )
-
-    def climb(
-        self, chirp: float, warm: ComplexArray | None = None, share: Array | None = None
-    ) -> Found:
-        """Return what one start leads to, see `climb`."""
-        return climb(self, chirp, warm, share)
-
-    def probe(self, chirp: float, share: Array) -> tuple[Array, Array]:
-        """Return shares and sum rates after a few steps, see `probe`."""
-        return probe(self, chirp, share)
-
-
-@dataclass(slots=True)
-class Found:
-    """What a climb found: beams for unit power and the rest as in `DirectResult`.
-
-    ``disturbance`` tells what the beams' consideration for each other costs of the sum rate,
-    relative and roughly: ``(T,)``.
-    """
-
-    beams: ComplexArray
-    objective: Array
-    converged: BoolArray
-    factor: Array
-    iterations: IntArray
-    disturbance: Array
-
-    def put(self, index: IntArray, other: Found) -> None:
-        """Take over another climb's trials, where it is better: converged, and higher."""
-        lift = other.converged.astype(int) - self.converged[index]
-        rise = other.factor - self.factor[index]
-        rise = np.where(rise == 0.0, other.objective - self.objective[index], rise)
-        better = (lift > 0) | ((lift == 0) & (rise > 0.0))
-        for field in fields(self):
-            getattr(self, field.name)[index[better]] = getattr(other, field.name)[better]
-
-
-def climb(
-    trials: Trials, chirp: float, warm: ComplexArray | None = None, share: Array | None = None
-) -> Found:
-    """Return what one start leads to.
-
-    Parameters
-    ----------
-    trials
-        T trials.
-    chirp, warm
-        As in `start_shapes`.
-    share
-        As in `start_uplink`.
-    """
-    shapes = start_shapes(trials.beams, chirp, warm)
-    powers = uplink.start_uplink(trials.loss, trials.threshold, share)
-    at_start, leak = _uplink_view(shapes, trials.loss.shape[1])
-    held = 0 if share is None else HELD
-    settled, steps = _descend(trials.beams, shapes, powers, MOST_STEPS, held)
-    found = _harvest(trials, shapes, powers, settled, steps)
-    heard = np.max(leak / (at_start[:, :, np.newaxis] * trials.loss[:, np.newaxis]), axis=(1, 2))
-    which = np.flatnonzero(heard > AUDIBLE)
-    if which.size:
-        least = np.minimum(at_start, shapes.power.reshape(at_start.shape))[which]
-        quiet = _quiet_rate(powers.taken(which), least)
-        found.disturbance[which] = quiet / np.maximum(found.objective[which], 1e-300) - 1.0
-    return found
-
-
-def probe(trials: Trials, chirp: float, share: Array) -> tuple[Array, Array]:
-    """Return the share ``(T, K)`` and the sum rate ``(T,)``, nats, after a few steps from a start.
-
-    Parameters
-    ----------
-    trials, chirp, share
-        As in `climb`.
-    """
-    shapes = start_shapes(trials.beams, chirp)
-    powers = uplink.start_uplink(trials.loss, trials.threshold, share)
-    _descend(trials.beams, shapes, powers, PROBE_STEPS, HELD)
-    sinr, _ = uplink.downlink(powers, *_uplink_view(shapes, share.shape[1]))
-    return powers.share, np.where(powers.factor < 1.0, -np.inf, np.sum(np.log1p(sinr), axis=1))
-
-
-def _descend(
-    beams: BeamSet, shapes: Shapes, powers: Uplink, most: int, held: int
-) -> tuple[BoolArray, IntArray]:
-    """Step until every trial is settled or out of steps; return which are, and the steps taken."""
-    n_trials, n_objects = powers.loss.shape
-    settled = np.zeros(n_trials, dtype=bool)
-    steps = np.full(n_trials, most, dtype=np.int64)
-    live = np.arange(n_trials)
-    wide = beams.spare > WIDE_NODES
-    value = np.zeros(n_trials)
-    beams_now = replace(beams, points=beams.points.copy())
-    work_powers = powers.taken(live)
-    work = shapes.taken(np.arange(shapes.target.size))
+@inlined
+def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int, held: int) -> int:
+    """Step until the trial is settled; return the steps taken, beyond ``most`` if it is not."""
+    n_objects, size = covers.phases.shape
+    wide = shapes.spare > WIDE_NODES
+    power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
+    weight, excess = np.empty(n_objects - 1), np.empty((n_objects, size))
+    weights = np.empty(n_tx, dtype=np.complex128)
+    looked = np.empty(n_objects, dtype=np.bool_)
+    value = 0.0
     for count in range(1, most + 1):
-        before = work.barrier
-        barrier.step(work, _weights(work_powers.level), LAST_BARRIER)
-        _free(work)
-        uplink.step(work_powers, *_uplink_view(work, n_objects), hold=count <= held)
-        ready = _ready(work, work_powers)
+        for beam in range(n_objects):
+            before = shapes.scalars[beam, BARRIER]
+            _prices(powers.level, beam, weight)
+            shape = shape_of(shapes, beam)
+            step(shape, weight)
+            _free(shape)
+            looked[beam] = wide and shapes.scalars[beam, BARRIER] < before
+        listen(shapes, power, leak)
+        improve(powers, power, leak, count <= held)
+        ready = _is_ready(shapes, powers, power)
         if count % EVERY == 0:
-            value, before_that = _value(work, work_powers), value
-            ready |= _stalled(work, work_powers, value, before_that)
-        look = np.repeat(ready, n_objects)
-        if wide:
-            look |= work.barrier < before
-        ready = _look(beams_now, work, work_powers, np.flatnonzero(look), ready)
-        # What a settled trial does from here on, while others still work, is not recorded.
-        new = np.flatnonzero(ready & ~settled[live])
-        settled[live[new]], steps[live[new]] = True, count
-        if count == most:
-            new = np.union1d(new, np.flatnonzero(~settled[live]))
-        shapes.put(_beams_of(live[new], n_objects), work.taken(_beams_of(new, n_objects)))
-        powers.put(live[new], work_powers.taken(new))
-        left = np.flatnonzero(~settled[live])
-        if not left.size:
-            break
-        if left.size <= LIVE * live.size:
-            which = _beams_of(left, n_objects)
-            beams_now, work = beams_now.taken(which), work.taken(which)
-            work_powers, live, value = work_powers.taken(left), live[left], value[left]
-    return settled, steps
+            value, before_that = sum_of_rates(powers, power, leak), value
+            ready |= _has_stalled(shapes, powers, value, before_that)
+        settled = ready
+        for beam in range(n_objects):
+            looked[beam] |= ready
+            if looked[beam]:
+                worst = excess_of(covers, shapes, beam, weights, excess[beam])
+                settled &= worst < max(MISSED, min(UNFINISHED * powers.leeway[beam], UNKEPT))
+        if settled:
+            return count
+        for beam in range(n_objects):
+            if looked[beam]:
+                reach = covers.reach[beam]
+                missed, first = excess[beam, : 2 * reach + 1], size // 2 - reach
+                impose(shape_of(shapes, beam), missed, first, shapes.spare, covers.phases[beam])
+    return most + 1
 
 
-def _quiet_rate(powers: Uplink, power: Array) -> Array:
-    """Return the sum rate ``(T,)``, bit/s/Hz, if no beam heard the others."""
-    silence = np.zeros((*power.shape, power.shape[1]))
-    for _ in range(QUIET_STEPS):
-        uplink.step(powers, power, silence)
-    rate: Array = np.sum(np.log1p(powers.level / power), axis=1) / np.log(2.0)
-    return rate
+@compiled
+def _free(shape: Shape) -> None:
+    """Let a shape that is caught in a corner, where no step is short enough, start from there."""
+    if shape.scalars[SHIFT] > CAUGHT:
+        shape.scalars[BARRIER], shape.scalars[SHIFT] = FIRST_BARRIER, 0.0
+        make_feasible(shape)
 
 
-def _look(
-    beams: BeamSet, shapes: Shapes, powers: Uplink, which: IntArray, ready: BoolArray
-) -> BoolArray:
-    """Compare some beams with the full grid; return the trials that are ready and keep it.
-
-    Beams of the others get points imposed where they miss it.
-    """
-    if not which.size:
-        return ready
-    excess = cuts.relative_excess(beams.taken(which), shapes.taken(which))
-    met = np.ones(shapes.target.size, dtype=bool)
-    allowed = np.maximum(cuts.MISSED, np.minimum(_unfinished(powers)[which], UNKEPT))
-    met[which] = np.max(excess, axis=0) < allowed
-    settled: BoolArray = ready & np.all(met.reshape(ready.size, -1), axis=1)
-    going = ~np.repeat(settled, powers.loss.shape[1])[which]
-    which = which[going]
-    if which.size:
-        part, part_beams = shapes.taken(which), beams.taken(which)
-        cuts.impose(part_beams, part, excess[:, going])
-        beams.points[which] = part_beams.points
-        shapes.put(which, part)
-    return settled
+@compiled
+def sum_of_rates(powers: Powers, power: Array, leak: Array) -> float:
+    """Return the sum rate, nats, of the uplink."""
+    total = 0.0
+    for beam in range(power.size):
+        heard = power[beam]
+        for other in range(power.size):
+            heard += leak[beam, other] * powers.level[other]
+        total += np.log1p(powers.level[beam] / heard)
+    return total
 
 
-def _ready(shapes: Shapes, powers: Uplink) -> BoolArray:
-    unfinished = _unfinished(powers)
-    last = unfinished * shapes.power / (2.0 * shapes.cover)
-    ready = (shapes.barrier <= np.maximum(LAST_BARRIER, last)) & (shapes.ripple <= shapes.target)
-    ready &= shapes.residual < np.maximum(DONE, unfinished)
-    trial_ready: BoolArray = np.all(ready.reshape(powers.loss.shape), axis=1)
-    trial_ready &= powers.residual < DONE_POWERS
-    return trial_ready
-
-
-def _free(shapes: Shapes) -> None:
-    """Let shapes that are caught in a corner, where no step is short enough, start from there."""
-    caught = np.flatnonzero(shapes.shift > CAUGHT)
-    if caught.size:
-        part = shapes.taken(caught)
-        part.barrier[:], part.shift[:] = FIRST_BARRIER, 0.0
-        make_feasible(part)
-        shapes.put(caught, part)
-
-
-def _stalled(shapes: Shapes, powers: Uplink, value: Array, before: Array) -> BoolArray:
-    """Tell which trials gained next to nothing since their sum rate was last looked at."""
-    stalled: BoolArray = np.abs(value - before) < STALLED * value
-    stalled &= np.all((shapes.ripple <= shapes.target).reshape(powers.loss.shape), axis=1)
-    stalled &= powers.residual < STALLED_POWERS
+@compiled
+def _has_stalled(shapes: Shapes, powers: Powers, value: float, before: float) -> bool:
+    """Tell whether next to nothing was gained since the sum rate was last looked at."""
+    stalled: bool = abs(value - before) < STALLED * value
+    stalled &= powers.scalars[uplink.RESIDUAL] < STALLED_POWERS
+    for beam in range(shapes.scalars.shape[0]):
+        stalled &= shapes.scalars[beam, RIPPLE] <= shapes.scalars[beam, TARGET]
     return stalled
 
 
-def _value(shapes: Shapes, powers: Uplink) -> Array:
-    """Return the sum rate ``(T,)``, nats."""
-    power, leak = _uplink_view(shapes, powers.loss.shape[1])
-    heard = power + (leak @ powers.level[:, :, np.newaxis])[:, :, 0]
-    value: Array = np.sum(np.log1p(powers.level / heard), axis=1)
-    return value
+@compiled
+def _is_ready(shapes: Shapes, powers: Powers, power: Array) -> bool:
+    """Tell whether shapes and powers are optimal for the points imposed."""
+    ready: bool = powers.scalars[uplink.RESIDUAL] < DONE_POWERS
+    for beam in range(power.size):
+        scalars = shapes.scalars[beam]
+        unfinished = UNFINISHED * powers.leeway[beam]
+        last = unfinished * power[beam] / (2.0 * shapes.low.shape[1])
+        ready &= scalars[BARRIER] <= max(LAST_BARRIER, last)
+        ready &= scalars[RIPPLE] <= scalars[TARGET]
+        ready &= scalars[RESIDUAL] < max(DONE, unfinished)
+    return ready
 
 
-def _unfinished(powers: Uplink) -> Array:
-    """Return by what part of its power each beam may miss the best one, ``(S,)``."""
-    return UNFINISHED * powers.leeway.reshape(-1)
+@inlined
+def harvest(
+    covers: Covers, shapes: Shapes, powers: Powers, beams: ComplexArray
+) -> tuple[float, bool]:
+    """Fill beams ``(K, N)`` that keep the grid and the power; return their rate, if they are any.
 
-
-def _weights(level: Array) -> Array:
-    """Return ``(K - 1, S)``: for each beam the lambda of the other objects."""
-    n_objects = level.shape[1]
-    other = other_objects(n_objects)
-    return np.ascontiguousarray(level[:, other].reshape(level.size, n_objects - 1).T)
-
-
-def _uplink_view(shapes: Shapes, n_objects: int) -> tuple[Array, Array]:
-    """Return powers ``(T, K)`` and leaks ``(T, K, K)`` of shapes, trial by trial."""
-    power = shapes.power.reshape(-1, n_objects)
-    leak = np.zeros((power.shape[0], n_objects, n_objects))
-    heard = shapes.leak.T.reshape(len(power), n_objects, n_objects - 1)
-    np.put_along_axis(leak, np.broadcast_to(other_objects(n_objects), heard.shape), heard, axis=2)
-    return power, leak
-
-
-def _beams_of(trials: IntArray, n_objects: int) -> IntArray:
-    index: IntArray = (trials[:, np.newaxis] * n_objects + np.arange(n_objects)).reshape(-1)
-    return index
-
-
-def _harvest(
-    trials: Trials, shapes: Shapes, powers: Uplink, settled: BoolArray, steps: IntArray
-) -> Found:
-    """Return beams that keep the grid and the power to rounding, and what they reach."""
-    n_trials, n_objects = trials.loss.shape
-    excess = cuts.relative_excess(trials.beams, shapes)
-    weights, power = cuts.patched(trials.beams, shapes, excess)
-    _, leak = _uplink_view(shapes, n_objects)
-    power = power.reshape(n_trials, n_objects)
-    for _ in range(3):
-        uplink.step(powers, power, leak)
-    sinr, received = uplink.downlink(powers, power, leak)
-    good = np.all(np.isfinite(received) & (received >= 0.0), axis=1)
-    amplitude = np.sqrt(np.where(good[:, np.newaxis], received, 0.0))
-    beams = weights.reshape(n_trials, n_objects, -1) * amplitude[:, :, np.newaxis]
-    converged = settled & good & _globally_best(shapes, powers)
-    return Found(
-        beams=beams,
-        objective=np.where(good, np.sum(np.log1p(sinr), axis=1) / np.log(2.0), 0.0),
-        converged=converged,
-        factor=powers.factor,
-        iterations=steps,
-        disturbance=np.zeros(n_trials),
-    )
-
-
-def _globally_best(shapes: Shapes, powers: Uplink) -> BoolArray:
-    """Tell for which trials the multipliers prove every shape optimal for its prices.
-
-    The Lagrangian of a shape is the quadratic form of a matrix that has w in its kernel; where
-    that matrix is positive semidefinite no other shape, of any rank, does better.
+    Returns
+    -------
+    objective, good
+        bit/s/Hz, and whether powers exist that reach the SINRs.
     """
-    bend = np.concatenate([shapes.high - shapes.low, _weights(powers.level)])
-    spread = 1.0 - shapes.ripple * np.sum(shapes.low + shapes.high, axis=0)
-    form = barrier.curvature(shapes, bend, spread)
-    diagonal = np.arange(form.shape[0])
-    largest = 1.0 + np.max(np.abs(np.einsum("iis->is", form)), axis=0)
-    leeway = powers.leeway.reshape(-1)
-    form[diagonal, diagonal] += np.maximum(CURVED * largest, UNPROVED * leeway)
-    upper, _ = symmetric.factor(form)
-    proved = symmetric.positive_definite(upper).reshape(powers.loss.shape)
-    best: BoolArray = np.all(proved, axis=1)
-    return best
+    n_objects, size = covers.phases.shape
+    n_tx = beams.shape[1]
+    power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
+    excess = np.empty(size)
+    listen(shapes, power, leak)
+    for beam in range(n_objects):
+        worst = excess_of(covers, shapes, beam, beams[beam], excess)
+        # A cover that takes all directions leaves none to spare; over a wide one the spare one
+        # reaches the grid a little.
+        if shapes.basis.shape[1] < n_tx:
+            patch(shapes.z[beam], worst)
+            if worst > MISSED:
+                patch(shapes.z[beam], excess_of(covers, shapes, beam, beams[beam], excess))
+        lift(shapes.basis[beam], shapes.z[beam], beams[beam])
+        power[beam] = power_of(shapes.z[beam])
+    for _ in range(3):
+        improve(powers, power, leak, False)
+    ratio, received = np.empty(n_objects), np.empty(n_objects)
+    good = downlink(powers, power, leak, ratio, received)
+    if not good:
+        for beam in range(n_objects):
+            for antenna in range(beams.shape[1]):
+                beams[beam, antenna] = 0.0
+        return 0.0, False
+    objective = 0.0
+    for beam in range(n_objects):
+        objective += np.log1p(ratio[beam]) / np.log(2.0)
+        amplitude = np.sqrt(received[beam])
+        for antenna in range(beams.shape[1]):
+            beams[beam, antenna] *= amplitude
+    return objective, True
+
+
+@inlined
+def globally_best(shapes: Shapes, powers: Powers) -> bool:
+    """Tell whether the multipliers prove every shape optimal for its prices."""
+    n_objects, n = shapes.low.shape[0], shapes.rows.shape[1]
+    weight, inverse = np.empty(n_objects - 1), np.empty(n)
+    for beam in range(n_objects):
+        _prices(powers.level, beam, weight)
+        ripple = shapes.scalars[beam, RIPPLE]
+        bend, spread = bends(shapes.low[beam], shapes.high[beam], weight, ripple)
+        form = np.empty((n, n))
+        rows = shapes.rows[beam]
+        for first in range(n):
+            for second in range(first + 1):
+                total = 0.0
+                for row in range(bend.size):
+                    total += bend[row] * rows[first, row] * rows[second, row]
+                form[first, second] = total
+        largest = 0.0
+        for place in range(n):
+            form[place, place] += spread
+            largest = max(largest, abs(form[place, place]))
+        for place in range(n):
+            form[place, place] += max(CURVED * (1.0 + largest), UNPROVED * powers.leeway[beam])
+        if not factor(form, inverse):
+            return False
+    return True
+
+
+@inlined
+def loudest(powers: Powers, power: Array, leak: Array) -> float:
+    """Return the largest interference over noise, at the start and with all the power."""
+    heard = 0.0
+    for beam in range(power.size):
+        for other in range(power.size):
+            heard = max(heard, leak[beam, other] / (power[beam] * powers.loss[other]))
+    return heard
+
+
+@inlined
+def disturbance(powers: Powers, power: Array, objective: float) -> float:
+    """Return what the beams' consideration for each other costs of the sum rate, relative.
+
+    Compares with the sum rate of beams that hear nothing of each other; the powers are used up.
+    """
+    silence = scaled_identity(power.size, 0.0)
+    for _ in range(QUIET_STEPS):
+        improve(powers, power, silence, False)
+    rate = 0.0
+    for beam in range(power.size):
+        rate += np.log1p(powers.level[beam] / power[beam]) / np.log(2.0)
+    return rate / max(objective, 1e-300) - 1.0
+
+
+@inlined
+def sum_rate(shapes: Shapes, powers: Powers) -> float:
+    """Return the sum rate, nats, of shapes as they are; -inf where floors are not met."""
+    n_objects = powers.loss.size
+    power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
+    listen(shapes, power, leak)
+    if powers.scalars[uplink.FACTOR] < 1.0:
+        return -np.inf
+    return sum_of_rates(powers, power, leak)

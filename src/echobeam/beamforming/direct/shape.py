@@ -1,4 +1,4 @@
-"""The shape of one beam on its way, and what it does: power, responses, slacks; see `barrier`."""
+"""Shape of one beam on its way: power, responses, slacks; the problem stands in `step`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from echobeam.beamforming.direct.compiled.arrays import fill
-from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.beamforming.direct.arrays import fill
+from echobeam.beamforming.direct.compiling import compiled
 from echobeam.values import Array, IntArray
 
 BARRIER, RIPPLE, TARGET, SHIFT, RESIDUAL, SCALARS = 0, 1, 2, 3, 4, 5
@@ -15,7 +15,7 @@ BARRIER, RIPPLE, TARGET, SHIFT, RESIDUAL, SCALARS = 0, 1, 2, 3, 4, 5
 
 
 class Shape(NamedTuple):
-    """One beam of `barrier.Shapes`, with the points imposed on it and its basis.
+    """Shape of one beam, with the points imposed on it and its basis.
 
     Attributes
     ----------

@@ -1,20 +1,16 @@
-"""Trials solved one after the other by compiled code: the counterpart of `direct.climb.Trials`."""
+"""Trials solved one after the other by compiled code."""
 
 from __future__ import annotations
 
-import logging
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from echobeam.beamforming.direct.climb import AUDIBLE, HELD, MOST_STEPS, PROBE_STEPS, Found
-from echobeam.beamforming.direct.compiled import powers as uplink
-from echobeam.beamforming.direct.compiled.arrays import scaled_identity
-from echobeam.beamforming.direct.compiled.climb import (
+from echobeam.beamforming.direct import powers as uplink
+from echobeam.beamforming.direct.arrays import scaled_identity
+from echobeam.beamforming.direct.climb import (
     descend,
     disturbance,
     globally_best,
@@ -22,13 +18,28 @@ from echobeam.beamforming.direct.compiled.climb import (
     loudest,
     sum_rate,
 )
-from echobeam.beamforming.direct.compiled.decorate import compiled_once, fingerprint
-from echobeam.beamforming.direct.compiled.shape import power_of
-from echobeam.beamforming.direct.compiled.shapes import Covers, listen, set_out
+from echobeam.beamforming.direct.compiling import (
+    Compilation,
+    Progress,
+    compile_now,
+    compiled_once,
+    fingerprint,
+)
+from echobeam.beamforming.direct.found import Found
+from echobeam.beamforming.direct.shape import power_of
+from echobeam.beamforming.direct.shapes import Covers, listen, set_out
 from echobeam.values import Array, ComplexArray, IntArray
 
-PATIENCE = 2.0
-"""s: if the code is not there by then, the user is told that it is being compiled."""
+MOST_STEPS = 150
+
+PROBE_STEPS = 20
+
+HELD = 12
+"""Steps for which shares that were given are held, so that the shapes are those which suit them
+and not those of a transition."""
+
+AUDIBLE = 0.01
+"""Interference over noise, at the start and with all the power, that is worth a closer look."""
 
 OBJECTIVE, CONVERGED, PART, STEPS, DISTURBANCE, FIGURES = 0, 1, 2, 3, 4, 5
 
@@ -42,7 +53,7 @@ class CompiledTrials:
     phases, reach, ripple
         ``(T, K, G)``, ``(T, K)``, ``(T, K)``: see `Covers`.
     loss, threshold
-        ``(T, K)``, see `Uplink`.
+        ``(T, K)``, see `Powers`.
     n_tx
         N.
     """
@@ -68,7 +79,17 @@ class CompiledTrials:
     def climb(
         self, chirp: float, warm: ComplexArray | None = None, share: Array | None = None
     ) -> Found:
-        """Return what one start leads to, see `direct.climb.climb`."""
+        """Return the local optimum that one start leads to.
+
+        Parameters
+        ----------
+        chirp
+            Rate of the chirp of the start.
+        warm
+            ``(T K, N)`` beams to start from, NaN where there are none.
+        share
+            ``(T, K)``: shares of the surplus power to start from, held for the first steps.
+        """
         beams = np.empty((*self.loss.shape, self.n_tx), dtype=complex)
         held = 0 if share is None else HELD
         _, figures = self._run((MOST_STEPS, held), chirp, warm, share, beams)
@@ -82,7 +103,7 @@ class CompiledTrials:
         )
 
     def probe(self, chirp: float, share: Array) -> tuple[Array, Array]:
-        """Return the share and the sum rate after a few steps, see `direct.climb.probe`."""
+        """Return ``(T, K)`` shares and ``(T,)`` sum rates, nats, after a few steps from some."""
         nothing = np.empty((0, 0, 0), dtype=complex)
         reached, figures = self._run((PROBE_STEPS, HELD), chirp, None, share, nothing)
         return reached, figures[:, OBJECTIVE].copy()
@@ -111,13 +132,34 @@ class CompiledTrials:
         figures = np.empty((n_trials, FIGURES))
         arrays = (self.phases, self.reach, self.ripple, self.loss, self.threshold)
         data = tuple(np.ascontiguousarray(array) for array in arrays)
-        _runner()(*data, self.n_tx, chirp, given, share, *steps, beams, figures)
+        _ready()(*data, self.n_tx, chirp, given, share, *steps, beams, figures)
         return share, figures
 
 
 @cache
+def _ready() -> Callable[..., None]:
+    """Return the compiled function; the first call waits for the compiler, which says so."""
+    compile_solver()
+    return _runner()
+
+
+def compile_solver(progress: Progress = lambda done, total: None) -> Compilation:
+    """Compile the solver where it is not on disk yet, on a batch of no trials.
+
+    Parameters
+    ----------
+    progress
+        Called with the number of functions compiled and their number in all.
+    """
+    phases, pair = np.empty((0, 1, 1)), np.empty((0, 1))
+    reach, beams = np.empty((0, 1), dtype=np.int64), np.empty((0, 0, 0), dtype=complex)
+    nobody = (phases, reach, pair, pair, pair, 2, 0.6, beams, pair, 1, 0, beams, pair)
+    return compile_now(_runner(), nobody, progress)
+
+
+@cache
 def _runner() -> Callable[..., None]:
-    """Return the compiled function; the first call waits for the compiler and says so."""
+    """Return the function that is compiled when it is first called."""
     key = fingerprint()
 
     def run(
@@ -162,32 +204,4 @@ def _runner() -> Callable[..., None]:
             else:
                 line[OBJECTIVE] = sum_rate(shapes, powers)
 
-    return _patient(compiled_once(run))
-
-
-def _patient(run: Callable[..., None]) -> Callable[..., None]:
-    """Return a function that tells the user if it has to compile for long before its first call.
-
-    It is compiled on a batch of no trials, so that many trials are not taken for a slow compiler.
-    """
-    first = True
-
-    def compile_like(arguments: tuple[Any, ...]) -> None:
-        nobody = [value[:0] if isinstance(value, np.ndarray) else value for value in arguments]
-        message = "compiling the beam solver; it is kept for later runs (about half a minute)"
-        clock = threading.Timer(PATIENCE, logging.getLogger("echobeam").warning, [message])
-        clock.daemon = True
-        clock.start()
-        try:
-            run(*nobody)
-        finally:
-            clock.cancel()
-
-    def called(*arguments: Any) -> None:
-        nonlocal first
-        if first:
-            compile_like(arguments)
-            first = False
-        run(*arguments)
-
-    return called
+    return compiled_once(run)

@@ -8,11 +8,15 @@ to the end.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from echobeam.beamforming.direct.climb import Climber, Found
+from echobeam.beamforming.direct.found import Found
 from echobeam.values import Array, BoolArray, IntArray
+
+if TYPE_CHECKING:
+    from echobeam.beamforming.direct.trials import CompiledTrials
 
 CONTESTED = 0.01
 """What consideration for others costs of the sum rate, relative, from which other sets of objects
@@ -42,7 +46,7 @@ ALIKE = 0.02
 differ by less than ALIKE one."""
 
 
-def settle(trials: Climber, found: Found, cold: IntArray, chirp: float, most: int) -> None:
+def settle(trials: CompiledTrials, found: Found, cold: IntArray, chirp: float, most: int) -> None:
     """Look for better optima of the trials that may have several, in place.
 
     Parameters

@@ -1,4 +1,15 @@
-"""The powers of one trial's beams, found in the dual uplink; the algorithm is that of `uplink`."""
+"""Powers of one trial's beams, found in the dual uplink.
+
+For given shapes the SINRs that K beams reach with power P_T are those that K users would reach if
+the beams received instead, user i sending with lambda_i and sum_i loss_i lambda_i = P_T
+(uplink-downlink duality: the two power equations are each other's transpose). In the uplink the
+shapes separate: beam k wants the least P_k + sum_i lambda_i leak_ki, whatever the others do. So
+shapes and lambda are improved in turn, each step raising the same sum rate; little is coupled,
+and a few turns suffice.
+
+lambda lives on a simplex once the floors (38e) are taken off:
+lambda = (I - Gamma leak)^-1 (Gamma P + surplus), surplus >= 0.
+"""
 
 from __future__ import annotations
 
@@ -6,25 +17,49 @@ from typing import NamedTuple
 
 import numpy as np
 
-from echobeam.beamforming.direct.compiled.arrays import copy_into, fill, scaled_identity, zeros
-from echobeam.beamforming.direct.compiled.decorate import compiled
-from echobeam.beamforming.direct.compiled.linear import eliminate, inverse_of
-from echobeam.beamforming.direct.uplink import (
-    BISECTIONS,
-    FALL,
-    FIRST_GAP,
-    LAST_GAP,
-    SILENT,
-    TO_BOUNDARY,
-)
+from echobeam.beamforming.direct.arrays import copy_into, fill, scaled_identity, zeros
+from echobeam.beamforming.direct.compiling import compiled
+from echobeam.beamforming.direct.linear import eliminate, inverse_of
 from echobeam.values import Array
+
+LAST_GAP = 1e-11
+"""Complementarity, relative to the sum rate, at which the powers are taken as optimal."""
+
+FIRST_GAP = 1e-2
+
+FALL = 0.1
+
+TO_BOUNDARY = 0.99
+
+BISECTIONS = 50
+
+SILENT = 1e-8
+"""Part of the power below which an object counts as not served."""
 
 SCALE, FACTOR, RESIDUAL, SCALARS = 0, 1, 2, 3
 """Places in `Powers.scalars`, and their number."""
 
 
 class Powers(NamedTuple):
-    """The uplink of one trial, see `uplink.Uplink`: ``(K,)`` each, and ``(SCALARS,)``."""
+    """Dual uplink of one trial: ``(K,)`` each, and ``(SCALARS,)``.
+
+    Attributes
+    ----------
+    loss
+        Noise referred to the array, relative to N P_T.
+    threshold
+        2^Gamma_k - 1.
+    share, price
+        Surplus as parts of the whole, and their multipliers.
+    level
+        lambda.
+    leeway
+        Part by which the cost of an object's beam could fall before the object would be worth
+        serving; 0 for those that are served.
+    scalars
+        A sum rate (nats) to measure others by; the common factor of the floors' rates that can be
+        met, 1 if all can; the KKT residual of the share, relative.
+    """
 
     loss: Array
     threshold: Array
@@ -37,7 +72,7 @@ class Powers(NamedTuple):
 
 @compiled
 def start_powers(loss: Array, threshold: Array, share: Array) -> Powers:
-    """Return where a trial's powers start, `uplink.start_uplink`; the share is changed later on."""
+    """Return the start of a trial's powers; the share is changed later on."""
     users = loss.size
     powers = Powers(
         loss=loss,
@@ -62,7 +97,7 @@ def start_powers(loss: Array, threshold: Array, share: Array) -> Powers:
 
 @compiled
 def improve(powers: Powers, power: Array, leak: Array, hold: bool) -> None:
-    """Improve lambda for shapes as they are, in place, `uplink.step`.
+    """Improve lambda for shapes as they are, in place.
 
     Parameters
     ----------
@@ -109,7 +144,7 @@ def improve(powers: Powers, power: Array, leak: Array, hold: bool) -> None:
 
 @compiled
 def downlink(powers: Powers, power: Array, leak: Array, ratio: Array, received: Array) -> bool:
-    """Fill ``(K,)`` SINRs and the powers that reach them, `uplink.downlink`; tell if they exist."""
+    """Fill ``(K,)`` SINRs and the powers that reach them; tell if they exist."""
     loss, level = powers.loss, powers.level
     users = loss.size
     system = scaled_identity(users, 1.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.direct.compiled.decorate import compiled
+from echobeam.beamforming.direct.compiling import compiled
 from echobeam.values import Array, ComplexArray
 
 

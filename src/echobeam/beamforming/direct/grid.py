@@ -1,13 +1,13 @@
-"""The full coverage grid of one beam: what it misses there, what to impose next; see `cuts`."""
+"""Full coverage grid of one beam: violations of (38f) on it, and the points to impose next."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.direct.compiled.arrays import fill
-from echobeam.beamforming.direct.compiled.beams import reduce
-from echobeam.beamforming.direct.compiled.decorate import compiled
-from echobeam.beamforming.direct.compiled.shape import (
+from echobeam.beamforming.direct.arrays import fill
+from echobeam.beamforming.direct.beams import reduce
+from echobeam.beamforming.direct.compiling import compiled
+from echobeam.beamforming.direct.shape import (
     BARRIER,
     RIPPLE,
     TARGET,
@@ -16,19 +16,26 @@ from echobeam.beamforming.direct.compiled.shape import (
     respond_from,
     slacks,
 )
-from echobeam.beamforming.direct.cuts import (
-    IDLE,
-    LAST_RESORT,
-    LEAST_IDLE,
-    LEAST_NEAR,
-    MISSED,
-    MOST_NEAR,
-    MOST_RESTART,
-    NEAR,
-    RESTART,
-    ROOM,
-)
 from echobeam.values import Array, BoolArray, ComplexArray
+
+MISSED = 2e-8
+"""Excess of ripple, relative to what is allowed, that is left to `patch`."""
+
+NEAR, LEAST_NEAR, MOST_NEAR = 1.0, 0.01, 0.5
+"""Slack, relative to what is allowed, up to which a peak is imposed: NEAR sqrt(barrier), within
+bounds."""
+
+IDLE, LEAST_IDLE = 0.1, 1e-5
+"""Slack, relative to what is allowed, from which an imposed point may be replaced: by one that is
+near its limit, and by one beyond it."""
+
+LAST_RESORT = 2.0 * LEAST_IDLE
+"""Slack for which one of the first points counts that has more than IDLE: it is replaced by points
+beyond their limit when no other is idle."""
+
+RESTART, MOST_RESTART = 0.03, 1e-3
+
+ROOM = 3.0
 
 
 @compiled
@@ -159,7 +166,11 @@ def _refresh(shape: Shape, new: BoolArray, phases: Array) -> None:
 
 @compiled
 def patch(z: Array, worst: float) -> None:
-    """Spend power in the spare direction for an excess, relative, in place; see `cuts.patched`."""
+    """Spend power in the spare direction for an excess, relative, in place.
+
+    The spare direction is orthogonal to the cover, so that it raises the power alone, and with it
+    the ripple that is allowed.
+    """
     n = z.size // 2
     missing = max(worst, 0.0) * power_of(z) * (1.0 + 1e-3)
     size = z[n - 1] ** 2 + z[2 * n - 1] ** 2

@@ -1,18 +1,29 @@
-"""Factors and solutions of small dense systems, one at a time; see `symmetric` for the batch."""
+"""Factors and solutions of small dense systems.
+
+LAPACK says nothing about inertia; here the pivots tell which matrices are positive definite.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.direct.compiled.arrays import copied, fill, scaled_identity
-from echobeam.beamforming.direct.compiled.decorate import compiled
-from echobeam.beamforming.direct.symmetric import GROWTH, LEAST_PIVOT, LEAST_SHIFT, MOST_TRIES
+from echobeam.beamforming.direct.arrays import copied, fill, scaled_identity
+from echobeam.beamforming.direct.compiling import compiled
 from echobeam.values import Array
+
+GROWTH = 4.0
+"""Factor between the shifts that are tried on a matrix that is not positive definite."""
+
+LEAST_SHIFT = 1e-2
+
+MOST_TRIES = 40
+
+LEAST_PIVOT = 1e-11
 
 
 @compiled
 def factor(matrix: Array, inverse: Array) -> bool:
-    """Factor a symmetric matrix in place, see `symmetric.factor`; tell whether it is definite.
+    """Factor a symmetric matrix as L diag(1/inverse) L^T in place; tell whether it is definite.
 
     Products of contiguous rows are what vector instructions are good at, hence the lower triangle.
 
@@ -79,7 +90,7 @@ def factor_shifted(matrix: Array, inverse: Array, shift: float) -> tuple[Array, 
 
 @compiled
 def inverse_of(matrix: Array) -> tuple[Array, bool]:
-    """Return the inverse of 1 - A, A >= 0, and whether A's radius is below 1; see `uplink`."""
+    """Return the inverse of 1 - A, A >= 0, and whether A's radius is below 1."""
     size = matrix.shape[0]
     work = copied(matrix)
     result = scaled_identity(size, 1.0)

@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.direct import contest, solve_batch
+from echobeam.beamforming.direct import solve_batch, subsets
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import ProblemBatch
 
@@ -38,7 +38,7 @@ def _subset(batch: ProblemBatch, members: tuple[int, ...]) -> ProblemBatch:
 
 def test_neighbours_differ_by_one_object_or_one_swap() -> None:
     served = np.array([True, True, False, False])
-    found = {tuple(row.tolist()) for row in contest._neighbours(served)}
+    found = {tuple(row.tolist()) for row in subsets._neighbours(served)}
     every = [np.array([code >> bit & 1 for bit in range(4)]) > 0 for code in range(1, 16)]
     expected = set()
     for other in every:
@@ -49,11 +49,11 @@ def test_neighbours_differ_by_one_object_or_one_swap() -> None:
 
 
 def test_of_the_neighbours_of_one_object_none_is_empty() -> None:
-    assert all(row.any() for row in contest._neighbours(np.array([False, True, False])))
+    assert all(row.any() for row in subsets._neighbours(np.array([False, True, False])))
 
 
 def test_uneven_shares_sum_to_one_and_favour_the_set() -> None:
-    shares = contest._shares(np.array([[True, False, True], [False, True, False]]))
+    shares = subsets._shares(np.array([[True, False, True], [False, True, False]]))
     np.testing.assert_allclose(shares.sum(axis=1), 1.0)
     assert np.all(shares[0, [0, 2]] > 10.0 * shares[0, 1])
 
@@ -62,11 +62,11 @@ def test_uneven_shares_sum_to_one_and_favour_the_set() -> None:
 @pytest.mark.parametrize(("count", "n_tx"), [(3, 12), (4, 10)])
 def test_serving_all_is_no_worse_than_designing_for_any_set_alone(count: int, n_tx: int) -> None:
     batch = _batch(CLOSE[:count], n_tx, 3e4)
-    best = solve_batch(batch, compiled=False)
+    best = solve_batch(batch)
     assert best.converged.all()
     for size in range(1, count):
         for members in combinations(range(count), size):
-            alone = solve_batch(_subset(batch, members), compiled=False)
+            alone = solve_batch(_subset(batch, members))
             # What these beams reach for all objects is feasible for the whole problem.
             reached = float(np.sum(rates(batch.problem(0), alone.beams[0])))
             assert best.objective[0] >= reached * (1.0 - 1e-5)
@@ -78,8 +78,8 @@ def test_adding_dropping_and_swapping_find_what_trying_every_set_finds(
 ) -> None:
     for n_tx, power in ((10, 1e4), (12, 3e4), (16, 1e5)):
         batch = _batch(CLOSE, n_tx, power)
-        found = solve_batch(batch, compiled=False)
+        found = solve_batch(batch)
         with monkeypatch.context() as patch:
-            patch.setattr(contest, "FEW", CLOSE.size)
-            every = solve_batch(batch, compiled=False)
+            patch.setattr(subsets, "FEW", CLOSE.size)
+            every = solve_batch(batch)
         assert found.objective[0] >= every.objective[0] * (1.0 - 1e-5)

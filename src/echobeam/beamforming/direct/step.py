@@ -1,4 +1,14 @@
-"""One Newton step on the shape of one beam; the algorithm is that of `barrier`, beam by beam.
+"""One Newton step of the interior-point method on the shape of one beam.
+
+A beam's shape is scaled to unit response at its own object: w = v_0 + sum_l z_l v_l, with v_0 the
+matched direction. What remains is to spend the least on power and on interference,
+
+    minimise   P + sum_i weight_i |f_i|^2,   P = 1 + |z|^2,
+    subject to |1 - |f_j|^2| <= ripple P     on the cover, Eq. (38f),
+
+where every response f = a_0 + a^T z has real data a and complex z. The iterates satisfy all
+constraints strictly (no merit function is needed beyond the barrier itself); steps follow the
+curved boundary by a second-order correction, since straight ones must be short there.
 
 Within a step plain arrays are handed on: a `Shape` handed from function to function counts
 references, which was seen to take a fifth of the time.
@@ -8,27 +18,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.direct.barrier import (
-    BACKTRACK,
-    CENTRED,
-    DECREASE,
-    EASE,
-    EASE_FAST,
-    FALL,
-    FALL_POWER,
-    LAST_BARRIER,
-    MOST_BACKTRACKS,
-    NO_SHIFT,
-    ROUNDING,
-    SHORT,
-    TIGHTEN,
-    TO_BOUNDARY,
-    TRUSTED_DUAL,
-)
-from echobeam.beamforming.direct.compiled.arrays import copy_into, zeros
-from echobeam.beamforming.direct.compiled.decorate import compiled
-from echobeam.beamforming.direct.compiled.linear import factor_shifted, solve
-from echobeam.beamforming.direct.compiled.shape import (
+from echobeam.beamforming.direct.arrays import copy_into, zeros
+from echobeam.beamforming.direct.compiling import compiled, inlined
+from echobeam.beamforming.direct.linear import LEAST_SHIFT, factor_shifted, solve
+from echobeam.beamforming.direct.shape import (
     BARRIER,
     RESIDUAL,
     RIPPLE,
@@ -39,8 +32,31 @@ from echobeam.beamforming.direct.compiled.shape import (
     respond,
     slacks,
 )
-from echobeam.beamforming.direct.symmetric import LEAST_SHIFT
 from echobeam.values import Array
+
+LAST_BARRIER = 1e-9
+"""Barrier parameter at which the iteration ends; costs about this much per active constraint."""
+
+CENTRED = 3.0
+"""The barrier falls when the residual is below this multiple of it."""
+
+FALL, FALL_POWER = 0.1, 1.3
+"""The barrier falls to min(FALL mu, mu**FALL_POWER)."""
+
+TO_BOUNDARY = 0.995
+DECREASE = 1e-4
+BACKTRACK = 0.6
+MOST_BACKTRACKS = 30
+ROUNDING = 1e-11
+
+SHORT, TIGHTEN = 0.2, 4.0
+"""A step this short shows that the matrix bends too little; its shift grows by TIGHTEN."""
+
+EASE, EASE_FAST, NO_SHIFT = 0.25, 0.1, 1e-4
+"""Otherwise the shift falls, faster after whole steps, and vanishes below NO_SHIFT."""
+
+TRUSTED_DUAL = 1e4
+"""Multipliers are kept within this factor of barrier / slack."""
 
 
 @compiled
@@ -182,7 +198,7 @@ def _merit(
     return merit - mu * logarithms
 
 
-@compiled
+@inlined
 def step(shape: Shape, weight: Array) -> None:
     """Take one step, in place; the residual left in the scalars is that of the old point.
 

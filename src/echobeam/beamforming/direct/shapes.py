@@ -6,19 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from echobeam.beamforming.direct.compiled.arrays import copy_into
-from echobeam.beamforming.direct.compiled.beams import (
+from echobeam.beamforming.direct.arrays import copy_into
+from echobeam.beamforming.direct.beams import (
     beam_basis,
     first_points,
     node_count,
     point_counts,
     reduce,
 )
-from echobeam.beamforming.direct.compiled.decorate import compiled
-from echobeam.beamforming.direct.compiled.grid import relative_excess
-from echobeam.beamforming.direct.compiled.shape import SCALARS, TARGET, Shape, power_of
-from echobeam.beamforming.direct.compiled.start import keep_warm, make_feasible, start_shape
-from echobeam.beamforming.direct.compiled.steering import lift
+from echobeam.beamforming.direct.compiling import compiled, inlined
+from echobeam.beamforming.direct.grid import relative_excess
+from echobeam.beamforming.direct.shape import SCALARS, TARGET, Shape, power_of
+from echobeam.beamforming.direct.start import keep_warm, make_feasible, start_shape
+from echobeam.beamforming.direct.steering import lift
 from echobeam.values import Array, ComplexArray, IntArray
 
 LEAST_TARGET = 1e-12
@@ -95,7 +95,7 @@ def shape_of(shapes: Shapes, beam: int) -> Shape:
     )
 
 
-@compiled
+@inlined
 def set_out(covers: Covers, n_tx: int, chirp: float, warm: ComplexArray) -> Shapes:
     """Return where a trial's shapes start.
 
@@ -104,7 +104,7 @@ def set_out(covers: Covers, n_tx: int, chirp: float, warm: ComplexArray) -> Shap
     covers
         Of the trial.
     n_tx, chirp
-        As in `chirp.start_shapes`.
+        Number of antennas, and rate of the chirp of the start.
     warm
         ``(K, N)`` beams to start from, NaN where there are none, or ``(0, 0)``.
     """
