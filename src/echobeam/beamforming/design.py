@@ -15,6 +15,8 @@ from echobeam.beamforming.certificate import floor_part, violation
 from echobeam.beamforming.coverage import coverage_steps
 from echobeam.beamforming.fast import (
     FEASIBLE,
+    batch_of,
+    better_given,
     long_relaxation,
     short_floors,
     solve_examined,
@@ -79,6 +81,8 @@ def design_beams(
     begun = time.perf_counter()
     proposal = _nothing(problem) if problem.n_objects == 0 else _solver(method)(problem)
     answer = _judged(problem, proposal, begun)
+    if problem.n_objects > 0 and problem.warm_start is not None:
+        answer = _or_given(problem, answer, begun)
     if certify and problem.n_objects > 0 and answer.status != "infeasible":
         answer = _certified(problem, answer, gap, begun)
     return answer
@@ -110,6 +114,7 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
         left = _design_together(distinct, answer)
     for trial, how in left.items():
         _put(answer, distinct, trial, _one(distinct, trial, how))
+    _take_given(distinct, answer)
     return BatchAnswer(
         beams=answer.beams[same_as],
         objective=answer.objective[same_as],
@@ -120,6 +125,33 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
             if source in answer.messages
         },
     )
+
+
+GIVEN = "no search found beams better than those that it was given to start from"
+
+
+def _take_given(batch: ProblemBatch, answer: BatchAnswer) -> None:
+    """Put the beams given in place of those found where they are better."""
+    better = better_given(batch, answer.objective, ~answer.fallback)
+    for trial in np.flatnonzero(better).tolist():
+        problem = batch.problem(trial)
+        assert problem.warm_start is not None
+        answer.beams[trial, batch.active[trial]] = problem.warm_start
+        answer.objective[trial] = float(np.sum(rates(problem, problem.warm_start)))
+        answer.fallback[trial] = False
+        answer.messages.pop(trial, None)
+
+
+def _or_given(problem: BeamProblem, answer: BeamAnswer, begun: float) -> BeamAnswer:
+    """Return the answer, or the beams that it was to start from where these are better."""
+    objective, met = np.array([answer.objective]), np.array([answer.status == "optimal"])
+    if not better_given(batch_of(problem), objective, met)[0]:
+        return answer
+    assert problem.warm_start is not None
+    given = Proposal(
+        np.array(problem.warm_start), answer.proof, "optimal", GIVEN, answer.iterations
+    )
+    return _judged(problem, given, begun)
 
 
 def _check_method(method: str) -> None:

@@ -30,6 +30,12 @@ from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 FEASIBLE = 1e-6
 """Largest relative violation of a design that passes for feasible."""
 
+GIVEN_FEASIBLE = 1e-8
+"""The same for beams that were given to start from, and are better than those found."""
+
+RAISED = 1e-9
+"""Rise of the sum rate, relative, from which beams given are the better ones: less is rounding."""
+
 LEAST_RIPPLE = 1e-3
 """With less ripple allowed there is hardly an interior for an interior-point method to be in: it
 was seen to give up after seconds where the relaxation takes a tenth of one."""
@@ -209,6 +215,39 @@ def _alone(batch: ProblemBatch, found: DirectResult, which: IntArray) -> Array:
     return rate
 
 
+def better_given(batch: ProblemBatch, objective: Array, floors_met: BoolArray) -> BoolArray:
+    """Return which trials were given beams to start from that are better than those found.
+
+    Better are beams that keep power, floors and coverage on the full grid where those found do not
+    meet the floors, or have the higher sum rate.
+
+    Parameters
+    ----------
+    batch
+        T trials.
+    objective, floors_met
+        ``(T,)``: sum rate of the beams found, bit/s/Hz, and whether they meet the floors (38e).
+    """
+    better = np.zeros(len(batch), dtype=bool)
+    if batch.warm_start is None:
+        return better
+    active = batch.active
+    given = np.where(active[..., np.newaxis], batch.warm_start, 0.0)
+    there: BoolArray = np.asarray(np.isfinite(given).all(axis=(1, 2)) & active.any(axis=1))
+    given = np.where(there[:, np.newaxis, np.newaxis], given, 0.0)
+    gains = beam_gains(given, np.where(active, batch.angles, 0.0), batch.array)
+    reached = rates_from_gains(gains, np.where(active, batch.loss, 1.0))
+    higher = reached.sum(axis=-1) > objective * (1.0 + RAISED)
+    missed = rate_shortfall(reached, np.where(active, batch.min_rate, 0.0))
+    met: BoolArray = np.asarray((missed <= GIVEN_FEASIBLE).all(axis=-1))
+    which = np.flatnonzero(there & met & (higher | ~floors_met))
+    if which.size:
+        ones = np.ones(len(batch))
+        kept = DirectResult(given, ones, met, ~met, ones, np.zeros(len(batch), dtype=np.int64))
+        better[which] = _keeps(batch, kept, which, GIVEN_FEASIBLE)
+    return better
+
+
 def batch_of(problem: BeamProblem) -> ProblemBatch:
     """Return one problem as a batch of one."""
     warm = problem.warm_start
@@ -226,8 +265,13 @@ def batch_of(problem: BeamProblem) -> ProblemBatch:
     )
 
 
-def _keeps(batch: ProblemBatch, found: DirectResult, part: IntArray) -> BoolArray:
-    """Return which trials of a part keep power, floors and coverage on the full grid."""
+def _keeps(
+    batch: ProblemBatch, found: DirectResult, part: IntArray, most: float = FEASIBLE
+) -> BoolArray:
+    """Return which trials of a part keep power, floors and coverage on the full grid.
+
+    ``most`` is the largest relative violation that passes.
+    """
     active = batch.active[part]
     beams = np.where(active[..., np.newaxis], found.beams[part], 0.0)
     angles, loss, halfwidths = (
@@ -246,5 +290,5 @@ def _keeps(batch: ProblemBatch, found: DirectResult, part: IntArray) -> BoolArra
     floors = np.where(active, batch.min_rate, 0.0) * found.floor_factor[part, np.newaxis]
     missed = rate_shortfall(achieved, floors)
     each = np.maximum(excess, missed).max(axis=-1, initial=0.0)
-    keeps: BoolArray = np.maximum(each, spent) <= FEASIBLE
+    keeps: BoolArray = np.maximum(each, spent) <= most
     return keeps

@@ -170,15 +170,12 @@ def _solve(task: Task, result: DirectResult) -> None:
     which, trials = task.which, task.trials
     warm = None if task.warm is None else task.warm.reshape(-1, task.warm.shape[-1])
     found = trials.climb(CHIRPS[0], warm)
-    for chirp in CHIRPS[1:]:
+    for chirp in CHIRPS if task.warm is not None else CHIRPS[1:]:
         again = np.flatnonzero(~found.converged)
         if not again.size:
             break
         found.put(again, trials.taken(again).climb(chirp))
-    cold = np.arange(which.size)
-    if task.warm is not None:
-        cold = np.flatnonzero(~np.all(np.isfinite(task.warm), axis=(1, 2)))
-    settle(trials, found, cold, CHIRPS[0], PROBED)
+    settle(trials, found, CHIRPS[0], PROBED)
     result.beams[which[:, np.newaxis], task.objects] = found.beams * np.sqrt(task.power)
     result.objective[which] = found.objective
     result.converged[which] = found.converged

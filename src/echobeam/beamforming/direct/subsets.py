@@ -23,8 +23,9 @@ CONTESTED = 0.01
 may be worth more."""
 
 FEW = 4
-"""Number of objects up to which every set of them is tried. Of more objects the sets are tried that
-leave out none or one, then what differs by one object or a swap from the best one, and so on."""
+"""Number of objects up to which every set of them is followed to the end. Of more objects the sets
+are tried that leave out none or one, then what differs by one object or a swap from the best one,
+and so on."""
 
 SWAPPED = 10
 """Number of objects up to which swaps are tried; beyond, they are too many."""
@@ -46,23 +47,24 @@ ALIKE = 0.02
 differ by less than ALIKE one."""
 
 
-def settle(trials: CompiledTrials, found: Found, cold: IntArray, chirp: float, most: int) -> None:
+def settle(trials: CompiledTrials, found: Found, chirp: float, most: int) -> None:
     """Look for better optima of the trials that may have several, in place.
 
     Parameters
     ----------
     trials, found
-        What was found from the even start.
-    cold
-        Indices of the trials that were not started from beams given.
+        The local optima from the even start, or from the beams given.
     chirp
         As in `climb`.
     most
         Number of beams to work on at a time.
     """
-    contested = cold[found.disturbance[cold] > CONTESTED]
+    contested = np.flatnonzero(found.disturbance > CONTESTED)
     n_objects = trials.loss.shape[1]
     if n_objects < 2 or not contested.size:
+        return
+    if n_objects <= FEW:
+        _compare_all(trials, found, contested, chirp)
         return
     step = max(1, most // n_objects)
     rivals = [_Rivals(n_objects) for _ in range(contested.size)]
@@ -81,6 +83,36 @@ def settle(trials: CompiledTrials, found: Found, cold: IntArray, chirp: float, m
         found.put(contested[which], again)
 
 
+def _compare_all(trials: CompiledTrials, found: Found, contested: IntArray, chirp: float) -> None:
+    """Follow every set of objects to the end but those that are proved to be worse."""
+    n_objects = trials.loss.shape[1]
+    every = np.arange(1, 2**n_objects - 1)
+    for served in every[:, np.newaxis] >> np.arange(n_objects) & 1 > 0:
+        most = _most(trials.loss[contested][:, served])
+        floors = trials.threshold[contested].any(axis=1)
+        which = contested[floors | (most > found.objective[contested])]
+        if which.size:
+            start = _shares(np.broadcast_to(served, (which.size, n_objects)))
+            found.put(which, trials.taken(which).climb(chirp, share=start))
+
+
+def _most(loss: Array) -> Array:
+    """Return a bound on the sum rate of a set without floors, ``(T,)`` bit/s/Hz.
+
+    Parameters
+    ----------
+    loss
+        ``(T, J)``: noise referred to the array, relative to N P_T. The bound gives every object
+        the gain N, leaves interference out, and fills the power in as water.
+    """
+    ordered = np.sort(loss, axis=1)
+    level = (1.0 + np.cumsum(ordered, axis=1)) / np.arange(1, loss.shape[1] + 1)
+    count = np.sum(level > ordered, axis=1, keepdims=True)
+    surface = np.take_along_axis(level, count - 1, axis=1)
+    bound: Array = np.sum(np.log2(np.maximum(surface / loss, 1.0)), axis=1)
+    return bound
+
+
 class _Rivals:
     """The sets of objects of one trial: which were tried, where they led, which to try next.
 
@@ -94,11 +126,7 @@ class _Rivals:
     """
 
     def __init__(self, n_objects: int) -> None:
-        if n_objects > FEW:
-            sets = np.concatenate([~np.eye(n_objects, dtype=bool), np.ones((1, n_objects)) > 0])
-        else:
-            every = np.arange(1, 2**n_objects - 1)
-            sets = every[:, np.newaxis] >> np.arange(n_objects) & 1 > 0
+        sets = np.concatenate([~np.eye(n_objects, dtype=bool), np.ones((1, n_objects)) > 0])
         self.wanted: BoolArray = sets
         self.served: BoolArray = sets[:0]
         self.share: Array = np.zeros((0, n_objects))
@@ -114,7 +142,7 @@ class _Rivals:
         self.value = np.concatenate([self.value, np.where(np.isfinite(value), value, -np.inf)])
         self.wanted = self.wanted[:0]
         best = int(np.argmax(self.value))
-        goes_on = share.shape[1] > FEW and self.share.size < MOST_TRIED
+        goes_on = self.share.size < MOST_TRIED
         if goes_on and np.isfinite(self.value[best]):
             centre = self.share[best] > SERVED * np.max(self.share[best])
             if centre.tobytes() not in self._around:
