@@ -8,6 +8,9 @@ inner products are kept.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -147,13 +150,54 @@ class ConicAnswer:
     most_multipliers: Array = field(default_factory=lambda: np.zeros(0))
 
 
+@dataclass(slots=True)
+class Work:
+    """Work that may still be done, in units of `work_of`; a million is a second, about."""
+
+    left: float
+    reached: bool = False
+    """Whether a programme was refused for want of it."""
+
+
+_WORK: ContextVar[Work | None] = ContextVar("work", default=None)
+
+
+@contextmanager
+def limited(units: float) -> Iterator[Work]:
+    """Limit the work of all programmes solved within, so that nothing takes over for minutes.
+
+    In work and not in time, so that answers do not depend on how busy the machine is. A programme
+    beyond the limit has an answer that is not usable. Limits do not nest: the outer one holds.
+    """
+    outer = _WORK.get()
+    work = Work(units) if outer is None else outer
+    token = _WORK.set(work)
+    try:
+        yield work
+    finally:
+        _WORK.reset(token)
+
+
+def work_of(programme: Programme) -> float:
+    """Return the work of solving a programme: its variables and rows squared, which was measured."""
+    variables = sum(block.length for block in programme.blocks)
+    rows = programme.most_of.size + sum(len(own) for own in programme.own)
+    return float((variables + rows) ** 2)
+
+
 def solve(programme: Programme, tolerance: float = TOLERANCE) -> ConicAnswer:
-    """Solve a programme with Clarabel.
+    """Solve a programme with Clarabel, if the work is within the limit.
 
     Equilibration is off: scaling a semidefinite cone as a whole it was seen to spoil these
     programmes, whose rows are of one size as they come. Where numbers overflow, in the programme
     or in Clarabel itself, which then panics, the answer is one that is not usable.
     """
+    work, units = _WORK.get(), work_of(programme)
+    if work is not None:
+        if units > work.left:
+            work.reached = True
+            return _no_answer(programme)
+        work.left -= units
     import clarabel
     from scipy import sparse
 

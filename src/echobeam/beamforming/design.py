@@ -17,7 +17,6 @@ from echobeam.beamforming.fast import (
     FEASIBLE,
     batch_of,
     better_given,
-    long_relaxation,
     short_floors,
     solve_examined,
 )
@@ -109,11 +108,11 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
         objective=np.zeros(len(distinct)),
         fallback=np.zeros(len(distinct), dtype=bool),
     )
-    left = dict.fromkeys(range(len(distinct)), method)
+    left = list(range(len(distinct)))
     if method == "fast":
         left = _design_together(distinct, answer)
-    for trial, how in left.items():
-        _put(answer, distinct, trial, _one(distinct, trial, how))
+    for trial in left:
+        _put(answer, distinct, trial, _one(distinct, trial, method))
     _take_given(distinct, answer)
     return BatchAnswer(
         beams=answer.beams[same_as],
@@ -176,8 +175,8 @@ def _check_size(problem: BeamProblem) -> None:
         )
 
 
-def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> dict[int, str]:
-    """Take what the direct solver finds; return the trials that are left, and a method for each."""
+def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> list[int]:
+    """Take what the direct solver finds; return the trials that are left."""
     sound = sound_trials(batch)
     which = np.flatnonzero(sound)
     found, good = solve_examined(batch.taken(which))
@@ -188,17 +187,7 @@ def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> dict[int, str]
     answer.fallback[which[short]] = True
     messages = short_floors(batch.taken(which), found, short)
     answer.messages.update(zip(which[short].tolist(), messages, strict=True))
-    left = sorted(set(range(len(batch))) - set(kept.tolist()))
-    return {trial: _second_method(batch, trial) if sound[trial] else "fast" for trial in left}
-
-
-def _second_method(batch: ProblemBatch, trial: int) -> str:
-    """Return what takes over a trial that the direct solver left.
-
-    It would not do better on the trial alone; but where the relaxation takes minutes the method
-    has a faster way out.
-    """
-    return "fast" if long_relaxation(batch.problem(trial)) else "sdp"
+    return sorted(set(range(len(batch))) - set(kept.tolist()))
 
 
 def _put(answer: BatchAnswer, batch: ProblemBatch, trial: int, found: BeamAnswer | str) -> None:

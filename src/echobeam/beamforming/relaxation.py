@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.conic import limited
 from echobeam.beamforming.fallback import bound_without_floors, fair_proposal
 from echobeam.beamforming.model import Model, build_model, model_gains
 from echobeam.beamforming.objective import sinr
@@ -33,13 +34,28 @@ DOUBTFUL = 1e-2
 CLOSE = 1e-5
 """Relative gap at which a bound is not tightened further."""
 
+MOST_WORK, BOUND_WORK = 1e7, 4e5
+"""Limits of `conic.limited` for method "sdp", some ten seconds, and for a bound, half a second."""
+
 FLOOR_DIGITS = 1e-6
 CRUMB = 1e-3
 SEPARABLE = 1e-6
 
 
 def solve(problem: BeamProblem) -> Proposal:
-    """Solve problem (38) with K >= 1 objects through its reduced relaxation, Eqs. (51)-(54)."""
+    """Solve problem (38) with K >= 1 objects through its reduced relaxation, Eqs. (51)-(54).
+
+    Beyond `MOST_WORK` the best design so far is the answer, a fallback whose message says so.
+    """
+    with limited(MOST_WORK) as work:
+        proposal = _solve(problem)
+    if not work.reached:
+        return proposal
+    told = "; ".join(filter(None, ["the relaxation reached its limit of work", proposal.message]))
+    return replace(proposal, status="fallback", message=told)
+
+
+def _solve(problem: BeamProblem) -> Proposal:
     model = build_model(problem)
     shapes = [best_shape(beam) for beam in model.beams]
     found = None if impossible_alone(model, shapes) else _search(model, shapes)
@@ -55,15 +71,20 @@ def solve(problem: BeamProblem) -> Proposal:
 
 
 def prove(problem: BeamProblem, value: float) -> float:
-    """Return `upper_bound` of a problem with K >= 1 objects, given a design's sum rate."""
+    """Return `upper_bound` of a problem with K >= 1 objects, given a design's sum rate.
+
+    Looser where `BOUND_WORK` is reached: a shape without a proof of its own counts with gain N.
+    """
     model = build_model(problem)
-    return upper_bound(model, [best_shape(beam) for beam in model.beams], value)
+    with limited(BOUND_WORK):
+        return upper_bound(model, [best_shape(beam) for beam in model.beams], value)
 
 
 def prove_without_floors(problem: BeamProblem) -> float:
     """Return `bound_without_floors` of a problem with K >= 1 objects."""
     model = build_model(problem)
-    return bound_without_floors(model, [best_shape(beam) for beam in model.beams])
+    with limited(BOUND_WORK):
+        return bound_without_floors(model, [best_shape(beam) for beam in model.beams])
 
 
 def upper_bound(model: Model, shapes: list[Shape], value: float = 0.0) -> float:
