@@ -6,8 +6,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.direct import solve_batch, subsets
+from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.direct import batch, solve_batch, subsets
 from echobeam.beamforming.objective import rates
+from echobeam.beamforming.power import water_filling
 from echobeam.beamforming.problem import ProblemBatch
 
 from ..problems import problem_batch
@@ -83,3 +85,44 @@ def test_adding_dropping_and_swapping_find_what_trying_every_set_finds(
             patch.setattr(subsets, "FEW", CLOSE.size)
             every = solve_batch(batch)
         assert found.objective[0] >= every.objective[0] * (1.0 - 1e-5)
+
+
+def test_the_search_ends_where_its_limit_of_work_is_reached(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lost = []
+    for n_tx, power in ((10, 1e4), (12, 3e4), (10, 1e5), (12, 1e6)):
+        problem = _batch(CLOSE, n_tx, power)
+        whole = solve_batch(problem)
+        with monkeypatch.context() as patch:
+            patch.setattr(batch, "MOST_WORK", 0.0)
+            first = solve_batch(problem)
+        assert violation(problem.problem(0), first.beams[0]).largest <= 1e-6
+        lost.append(1.0 - first.objective[0] / whole.objective[0])
+    assert min(lost) >= -1e-12
+    assert max(lost) > 1e-3
+
+
+def test_the_bound_of_a_set_is_that_of_water_filling() -> None:
+    rng = np.random.default_rng(4)
+    loss = np.exp(rng.uniform(-3.0, 3.0, (50, 3)))
+    for row, bound in zip(loss, subsets._most(loss), strict=True):
+        powers, _ = water_filling(np.ones(3), row, np.zeros(3))
+        assert bound == pytest.approx(np.sum(np.log2(1.0 + powers / row)), rel=1e-12)
+
+
+def test_every_trial_has_the_work_of_its_own_covers() -> None:
+    """A trial's answer does not depend on how wide the covers beside it are."""
+    narrow, wide = _batch(CLOSE, 16, 1e5), _batch(CLOSE, 16, 1e5)
+    both = replace(
+        narrow,
+        angles=np.concatenate([narrow.angles, wide.angles]),
+        loss=np.concatenate([narrow.loss, wide.loss]),
+        active=np.concatenate([narrow.active, wide.active]),
+        coverage_halfwidths=np.concatenate(
+            [narrow.coverage_halfwidths, 20.0 * wide.coverage_halfwidths]
+        ),
+    )
+    (task,), (alone,) = batch._tasks(both), batch._tasks(narrow)
+    assert task.most_steps[0] == alone.most_steps[0]
+    assert task.most_steps[1] < task.most_steps[0]

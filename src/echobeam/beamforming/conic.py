@@ -179,7 +179,7 @@ def limited(units: float) -> Iterator[Work]:
 
 
 def work_of(programme: Programme) -> float:
-    """Return the work of solving a programme: its variables and rows squared, which was measured."""
+    """Return the work of solving a programme: its variables and rows squared, as measured."""
     variables = sum(block.length for block in programme.blocks)
     rows = programme.most_of.size + sum(len(own) for own in programme.own)
     return float((variables + rows) ** 2)

@@ -8,25 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.beamforming.direct import sizes
 from echobeam.beamforming.direct.compiling import compiled
 from echobeam.beamforming.direct.linear import orthonormal
 from echobeam.beamforming.direct.steering import fill_steering
 from echobeam.values import Array, IntArray
 
-WIDE = 2.0
-"""Cover, in Nyquist lobes, from which on one node more is taken."""
+cover_nodes = compiled(sizes.node_count)
+"""`sizes.node_count`, compiled."""
 
-EXTRA_NODES = 4
-
-
-@compiled
-def point_counts(nodes: int) -> tuple[int, int]:
-    """Return how many points of a cover are imposed first, and how many are kept to spare.
-
-    Over very wide covers a pattern touches its limits at so many places that too few spare points
-    are passed from one to the other without end.
-    """
-    return max(2 * nodes + 1, 6 * nodes - 23), max(nodes + 1, 4 * nodes - 35)
+point_counts = compiled(sizes.point_counts)
+"""`sizes.point_counts`, compiled."""
 
 
 @compiled
@@ -35,8 +27,7 @@ def node_count(low: Array, high: Array, n_tx: int) -> int:
     lobes = 0.0
     for beam in range(low.size):
         lobes = max(lobes, (high[beam] - low[beam]) * n_tx / (2.0 * np.pi))
-    count = int(np.ceil(lobes)) + EXTRA_NODES
-    return count + 1 if lobes > WIDE else count
+    return cover_nodes(lobes)
 
 
 @compiled

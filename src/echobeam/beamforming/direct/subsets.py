@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from echobeam.beamforming.direct.found import Found
+from echobeam.beamforming.direct.sizes import PROBE_STEPS
 from echobeam.values import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
@@ -36,10 +37,6 @@ LEFT_OUT = 1e-2
 SERVED = 1e-3
 """Share, relative to the largest, from which an object counts as served."""
 
-MOST_TRIED = 2000
-"""Beams of all sets tried for a trial from which on no more sets are sought: some 250 sets of 8
-objects, one round of 20."""
-
 FOLLOWED = 4
 PROMISING = 0.1
 ALIKE = 0.02
@@ -47,7 +44,7 @@ ALIKE = 0.02
 differ by less than ALIKE one."""
 
 
-def settle(trials: CompiledTrials, found: Found, chirp: float, most: int) -> None:
+def settle(trials: CompiledTrials, found: Found, chirp: float, most: int, left: Array) -> None:
     """Look for better optima of the trials that may have several, in place.
 
     Parameters
@@ -58,16 +55,18 @@ def settle(trials: CompiledTrials, found: Found, chirp: float, most: int) -> Non
         As in `climb`.
     most
         Number of beams to work on at a time.
+    left
+        ``(T,)``: steps that each trial may still take; changed.
     """
-    contested = np.flatnonzero(found.disturbance > CONTESTED)
+    contested = np.flatnonzero((found.disturbance > CONTESTED) & (left > 0.0))
     n_objects = trials.loss.shape[1]
     if n_objects < 2 or not contested.size:
         return
     if n_objects <= FEW:
-        _compare_all(trials, found, contested, chirp)
+        _compare_all(trials, found, contested, chirp, left)
         return
     step = max(1, most // n_objects)
-    rivals = [_Rivals(n_objects) for _ in range(contested.size)]
+    rivals = [_Rivals(n_objects, steps / PROBE_STEPS) for steps in left[contested].tolist()]
     while any(rival.wanted.size for rival in rivals):
         tried = np.repeat(np.arange(contested.size), [len(rival.wanted) for rival in rivals])
         start = _shares(np.concatenate([rival.wanted for rival in rivals]))
@@ -78,22 +77,41 @@ def settle(trials: CompiledTrials, found: Found, chirp: float, most: int) -> Non
             share[part], value[part] = probed.probe(chirp, start[part])
         for trial, rival in enumerate(rivals):
             rival.take(share[tried == trial], value[tried == trial])
+    left[contested] -= PROBE_STEPS * np.array([len(rival.value) for rival in rivals])
     for which, start in _followed(rivals):
-        again = trials.taken(contested[which]).climb(chirp, share=start)
-        found.put(contested[which], again)
+        follow = left[contested[which]] > 0.0
+        if follow.any():
+            _follow(trials, found, contested[which[follow]], chirp, start[follow], left)
 
 
-def _compare_all(trials: CompiledTrials, found: Found, contested: IntArray, chirp: float) -> None:
+def _follow(
+    trials: CompiledTrials,
+    found: Found,
+    which: IntArray,
+    chirp: float,
+    start: Array,
+    left: Array,
+) -> None:
+    """Follow some trials from the shares ``start`` to the end; take over what is better."""
+    again = trials.taken(which).climb(chirp, share=start)
+    left[which] -= again.iterations
+    found.put(which, again)
+
+
+def _compare_all(
+    trials: CompiledTrials, found: Found, contested: IntArray, chirp: float, left: Array
+) -> None:
     """Follow every set of objects to the end but those that are proved to be worse."""
     n_objects = trials.loss.shape[1]
     every = np.arange(1, 2**n_objects - 1)
     for served in every[:, np.newaxis] >> np.arange(n_objects) & 1 > 0:
         most = _most(trials.loss[contested][:, served])
         floors = trials.threshold[contested].any(axis=1)
-        which = contested[floors | (most > found.objective[contested])]
+        better = floors | (most > found.objective[contested])
+        which = contested[better & (left[contested] > 0.0)]
         if which.size:
             start = _shares(np.broadcast_to(served, (which.size, n_objects)))
-            found.put(which, trials.taken(which).climb(chirp, share=start))
+            _follow(trials, found, which, chirp, start, left)
 
 
 def _most(loss: Array) -> Array:
@@ -123,14 +141,17 @@ class _Rivals:
     served, share, value
         ``(I, K)``, ``(I, K)``, ``(I,)``: the sets that were tried, and the shares and sum rates
         that they led to.
+    most
+        Number of sets from which on no more are sought.
     """
 
-    def __init__(self, n_objects: int) -> None:
+    def __init__(self, n_objects: int, most: float) -> None:
         sets = np.concatenate([~np.eye(n_objects, dtype=bool), np.ones((1, n_objects)) > 0])
         self.wanted: BoolArray = sets
         self.served: BoolArray = sets[:0]
         self.share: Array = np.zeros((0, n_objects))
         self.value: Array = np.zeros(0)
+        self.most = most
         self._known: set[bytes] = set()
         self._around: set[bytes] = set()
 
@@ -142,7 +163,7 @@ class _Rivals:
         self.value = np.concatenate([self.value, np.where(np.isfinite(value), value, -np.inf)])
         self.wanted = self.wanted[:0]
         best = int(np.argmax(self.value))
-        goes_on = self.share.size < MOST_TRIED
+        goes_on = len(self.value) < self.most
         if goes_on and np.isfinite(self.value[best]):
             centre = self.share[best] > SERVED * np.max(self.share[best])
             if centre.tobytes() not in self._around:

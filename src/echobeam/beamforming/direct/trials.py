@@ -28,11 +28,10 @@ from echobeam.beamforming.direct.compiling import (
 from echobeam.beamforming.direct.found import Found
 from echobeam.beamforming.direct.shape import power_of
 from echobeam.beamforming.direct.shapes import Covers, listen, set_out
+from echobeam.beamforming.direct.sizes import PROBE_STEPS
 from echobeam.values import Array, ComplexArray, IntArray
 
 MOST_STEPS = 150
-
-PROBE_STEPS = 20
 
 HELD = 12
 """Steps for which shares that were given are held, so that the shapes are those which suit them
