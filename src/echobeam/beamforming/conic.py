@@ -156,7 +156,7 @@ class Work:
 
     left: float
     reached: bool = False
-    """Whether a programme was refused for want of it."""
+    """True once a programme was refused for want of it."""
 
 
 _WORK: ContextVar[Work | None] = ContextVar("work", default=None)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cache
 
 import numpy as np
 
@@ -60,6 +61,7 @@ def object_normals(
     return draws
 
 
+@cache
 def scheme_key(seed: int) -> int:
     """Return the key of the draws that schemes may ask for, from which nobody finds the seed.
 

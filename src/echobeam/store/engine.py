@@ -1,4 +1,4 @@
-"""What numbers come from besides their job: version, libraries and sources.
+"""Origin of numbers besides their job: version, libraries and sources.
 
 The same job gives the same bits wherever these are the same.
 """

@@ -1,4 +1,4 @@
-"""Which objects to serve: other places to start the powers from.
+"""Search over sets of objects to serve: other starts of the powers.
 
 At high power the sum rate has several local optima, about one per set of objects worth serving.
 A few steps from each of many uneven starts tell which sets promise most; only these are followed
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from echobeam.beamforming.direct.trials import CompiledTrials
 
 CONTESTED = 0.01
-"""What consideration for others costs of the sum rate, relative, from which other sets of objects
-may be worth more."""
+"""Share of the sum rate that consideration for others costs, from which other sets of objects may
+be worth more."""
 
 FEW = 4
 """Number of objects up to which every set of them is followed to the end. Of more objects the sets
