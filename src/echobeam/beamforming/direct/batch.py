@@ -186,10 +186,15 @@ def _solve(task: Task, result: DirectResult) -> None:
     warm = None if task.warm is None else task.warm.reshape(-1, task.warm.shape[-1])
     found = trials.climb(CHIRPS[0], warm)
     steps = found.iterations.copy()
-    for chirp in CHIRPS if task.warm is not None else CHIRPS[1:]:
-        again = np.flatnonzero(~found.converged)
+    given: BoolArray = np.zeros(which.size, dtype=bool)
+    if task.warm is not None:
+        given = np.asarray(np.isfinite(task.warm).any(axis=(1, 2)))
+    for number, chirp in enumerate(CHIRPS):
+        again = np.flatnonzero(
+            ~found.converged & (given | (number > 0))
+        )  # cold began with the first
         if not again.size:
-            break
+            continue
         other = trials.taken(again).climb(chirp)
         steps[again] += other.iterations
         found.put(again, other)
