@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from echobeam.beamforming.design import design_beams
     from echobeam.beamforming.problem import BeamProblem, ProblemError
     from echobeam.physics.array import ArrayError, LinearArray
+    from echobeam.physics.planar import PlanarArray
     from echobeam.scenario.checking import ScenarioError
     from echobeam.scenario.load import load_scenario
     from echobeam.scenario.model import Scenario
@@ -46,6 +47,7 @@ _HOME = {
     "GaussianState": "values",
     "LinearArray": "physics.array",
     "Mode": "values",
+    "PlanarArray": "physics.planar",
     "ProblemError": "beamforming.problem",
     "Scenario": "scenario.model",
     "ScenarioError": "scenario.checking",
@@ -76,6 +78,7 @@ __all__ = [
     "GaussianState",
     "LinearArray",
     "Mode",
+    "PlanarArray",
     "ProblemError",
     "Scenario",
     "ScenarioError",

@@ -15,7 +15,7 @@ import pytest
 
 from echobeam.beamforming.certificate import violation
 from echobeam.beamforming.direct import compiling, solve_batch
-from echobeam.beamforming.fast import FEASIBLE
+from echobeam.beamforming.certificate import FEASIBLE
 from echobeam.beamforming.problem import ProblemBatch
 
 from ..interpreted import interpreted

@@ -17,7 +17,6 @@ from echobeam.beamforming.box_bound import Box, Multipliers, box_bound
 from echobeam.beamforming.model import Model, model_gains
 from echobeam.beamforming.sdp import LEAST_SCALE, floor_rows, keep_coverage
 from echobeam.beamforming.shape import cover_rows
-from echobeam.beamforming.subspace import real_steering
 from echobeam.values import Array, BoolArray
 
 MOST_ROUNDS = 6
@@ -204,11 +203,7 @@ def _multipliers(
 def _bound(
     model: Model, box: Box, at: Multipliers, cuts: list[BoolArray], rates: bool = True
 ) -> float:
-    n_tx = model.channels.shape[-1]
-    covers = [
-        real_steering(beam.phases[1:][cut], n_tx)
-        for beam, cut in zip(model.beams, cuts, strict=True)
-    ]
+    covers = [beam.steering[1:][cut] for beam, cut in zip(model.beams, cuts, strict=True)]
     ripple = np.array([beam.ripple for beam in model.beams])
     return box_bound(
         model.channels, covers, ripple, model.loss, model.threshold, box, at, rates=rates

@@ -10,11 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.beamforming.coverage import coverage_grid
+from echobeam.beamforming.coverage import cover_grid
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import AntennaArray
 from echobeam.values import Array, BoolArray, ComplexArray
+
+FEASIBLE = 1e-6
+"""Largest relative violation of a design that passes for feasible."""
 
 LEAST_RIPPLE = 1e-3
 """The coverage residual is relative to the allowed ripple, but to no less than this one."""
@@ -54,12 +57,13 @@ def violation(problem: BeamProblem, beams: ComplexArray) -> Violation:
     problem
         The problem with K objects.
     beams
-        ``(K, N)`` complex, sqrt(power).
+        ``(K, n)`` complex, sqrt(power).
     """
     if not np.isfinite(beams).all():
         return Violation(np.inf, np.inf, np.inf)
     spent = float(np.sum(np.abs(beams) ** 2))
-    grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
+    covers = problem.angles, problem.coverage_halfwidths
+    grid, mask = cover_grid(problem.array, *covers, problem.resolution)
     excess = coverage_excess(beams, problem.angles, grid, mask, problem.ripple, problem.array)
     shortfall = rate_shortfall(rates(problem, beams), problem.min_rate)
     return Violation(
@@ -99,18 +103,18 @@ def coverage_excess(
     grid: Array,
     mask: BoolArray,
     ripple: Array,
-    array: LinearArray,
+    array: AntennaArray,
 ) -> Array:
     """Return by how much each beam exceeds its allowed ripple, relative, Eq. (38f).
 
     Parameters
     ----------
     beams
-        ``(..., K, N)`` complex.
+        ``(..., K, n)`` complex.
     angles
-        ``(..., K)`` rad: centres.
+        ``(..., K)`` rad or ``(..., K, 2)`` direction cosines: centres.
     grid, mask
-        ``(..., K, G)``: `coverage_grid`.
+        `cover_grid`.
     ripple
         ``(K,)``, or of a shape that fits: B_k.
     array
@@ -121,9 +125,8 @@ def coverage_excess(
     Array
         ``(..., K)``, at least zero; zero for a beam without power.
     """
-    directions = np.concatenate([angles[..., np.newaxis], grid], axis=-1)
-    response = array.response(beams, directions)
-    pattern = response.real**2 + response.imag**2
+    points = mask.ndim - 1
+    pattern = array.pattern(beams, np.concatenate([np.expand_dims(angles, points), grid], points))
     ripples = np.abs(pattern[..., 1:] - pattern[..., :1])
     worst = np.max(ripples, axis=-1, where=mask, initial=0.0)
     power = np.sum(np.abs(beams) ** 2, axis=-1)

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.beamforming.ellipse import (
+    EDGE_POINTS,
+    ellipse_grid,
+    ellipse_neighbours,
+    ellipse_steps,
+)
+from echobeam.physics.planar import AntennaArray, PlanarArray
 from echobeam.values import Array, BoolArray, IntArray
 
 WHOLE_MULTIPLE = 1e-9
@@ -13,6 +20,89 @@ MOST_STEPS = 2.0**53
 
 POINTS_PER_LOBE = 4
 """Points kept per Nyquist lobe 2 pi / N of the phase: the pattern has no finer detail."""
+
+
+def cover_grid(
+    array: AntennaArray, directions: Array, covers: Array, resolution: float
+) -> tuple[Array, BoolArray]:
+    """Return the directions at which (38f) is imposed, for either kind of array.
+
+    Parameters
+    ----------
+    array
+        The transmit array.
+    directions, covers
+        ``(...)`` and ``(...)`` rad for a linear array, see `coverage_grid`; ``(..., 2)`` and
+        ``(..., 2, 2)`` direction cosines for a planar one, see `ellipse.ellipse_grid`.
+    resolution
+        Step of the grid, rad or direction cosine.
+
+    Returns
+    -------
+    grid, mask
+        ``(..., G)`` or ``(..., G, 2)``; and ``(..., G)``: points of an object's own cover.
+    """
+    if isinstance(array, PlanarArray):
+        return ellipse_grid(directions, covers, resolution)
+    return coverage_grid(directions, covers, resolution)
+
+
+def has_cover(array: AntennaArray, covers: Array) -> BoolArray:
+    """Return which covers, as in `cover_grid`, are more than one direction, ``(...)``."""
+    some: BoolArray = covers > 0.0
+    return np.asarray(some if array.axes == 1 else np.any(covers != 0.0, axis=(-2, -1)))
+
+
+def cover_size(array: AntennaArray, covers: Array, resolution: float) -> float:
+    """Return about how many grid points the largest of many covers takes, without making them.
+
+    Parameters
+    ----------
+    array, covers, resolution
+        As in `cover_grid`.
+    """
+    if isinstance(array, PlanarArray):
+        steps = ellipse_steps(covers, resolution)
+        return float(np.max(np.prod(2.0 * steps + 1.0, axis=-1), initial=1.0)) + EDGE_POINTS
+    return 2.0 * float(np.max(coverage_steps(covers, resolution), initial=0)) + 1.0
+
+
+def cover_lobes(array: AntennaArray, directions: Array, covers: Array, resolution: float) -> Array:
+    """Return how many Nyquist lobes 2 pi / N each cover is wide, ``(...)``, along its longer axis.
+
+    Parameters
+    ----------
+    array, directions, covers, resolution
+        As in `cover_grid`.
+    """
+    if isinstance(array, PlanarArray):
+        reach = np.sqrt(np.diagonal(covers, axis1=-2, axis2=-1))
+        longest: Array = np.max(2.0 * reach * array.spacing * np.array(array.shape), axis=-1)
+        return longest
+    grid, mask = coverage_grid(directions, covers, resolution)
+    phases = array.phase(grid)
+    high = np.max(phases, axis=-1, where=mask, initial=-np.inf)
+    low = np.min(phases, axis=-1, where=mask, initial=np.inf)
+    return np.asarray((high - low) * array.n / (2.0 * np.pi))
+
+
+def cover_neighbours(
+    array: AntennaArray, covers: Array, resolution: float, points: int
+) -> IntArray:
+    """Return the neighbours of each point of `cover_grid`, ``(..., G, n)``; -1 for none.
+
+    Parameters
+    ----------
+    array, covers, resolution
+        As in `cover_grid`.
+    points
+        G.
+    """
+    if isinstance(array, PlanarArray):
+        return ellipse_neighbours(covers, resolution)
+    place = np.arange(points)
+    after = np.where(place + 1 < points, place + 1, -1)
+    return np.broadcast_to(np.stack([place - 1, after], axis=-1), (*covers.shape, points, 2))
 
 
 def coverage_steps(halfwidths: Array, resolution: float) -> IntArray:

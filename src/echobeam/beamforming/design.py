@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from echobeam.beamforming.answer import BatchAnswer, BeamAnswer
-from echobeam.beamforming.certificate import floor_part, violation
-from echobeam.beamforming.coverage import coverage_steps
+from echobeam.beamforming.certificate import FEASIBLE, floor_part, violation
+from echobeam.beamforming.coverage import cover_size
 from echobeam.beamforming.fast import (
-    FEASIBLE,
     batch_of,
     better_given,
     short_floors,
@@ -166,8 +165,7 @@ def _check_types(problem: object, gap: object) -> None:
 
 
 def _check_size(problem: BeamProblem) -> None:
-    steps = coverage_steps(problem.coverage_halfwidths, problem.resolution)
-    points = 2.0 * float(np.max(steps, initial=0)) + 1.0
+    points = cover_size(problem.array, problem.coverage_halfwidths, problem.resolution)
     if points * problem.n_objects * problem.n_tx > MOST_NUMBERS:
         raise ProblemError(
             f"the coverage grid has {points:.3g} points per object at n_tx = {problem.n_tx:.10g}, "

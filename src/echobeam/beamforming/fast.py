@@ -5,21 +5,23 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
 from echobeam.beamforming import relaxation
 from echobeam.beamforming.certificate import (
+    FEASIBLE,
     coverage_excess,
     floor_part,
     rate_shortfall,
     violation,
 )
 from echobeam.beamforming.conic import limited
-from echobeam.beamforming.coverage import coverage_grid
+from echobeam.beamforming.coverage import cover_grid, cover_size, has_cover
 from echobeam.beamforming.direct import LEAST_ANTENNAS, DirectResult, solve_batch
 from echobeam.beamforming.fallback import named_faults
-from echobeam.beamforming.flat import STIFF_LOBES, cover_lobes, flat_proposal
+from echobeam.beamforming.flat import STIFF_LOBES, flat_proposal, problem_lobes, single_proposal
 from echobeam.beamforming.objective import beam_gains, rates, rates_from_gains
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch
 from echobeam.beamforming.proof import Proof
@@ -28,14 +30,13 @@ from echobeam.beamforming.recovery import keep_coverage, settle_powers
 from echobeam.beamforming.subspace import real_steering
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
-FEASIBLE = 1e-6
-"""Largest relative violation of a design that passes for feasible."""
-
 GIVEN_FEASIBLE = 1e-8
 """The same for beams that were given to start from, and are better than those found."""
 
 RAISED = 1e-9
 """Rise of the sum rate, relative, from which beams given are the better ones: less is rounding."""
+
+ValueArray = TypeVar("ValueArray", Array, ComplexArray)
 
 LEAST_RIPPLE = 1e-3
 """With less ripple allowed there is hardly an interior for an interior-point method to be in: it
@@ -65,12 +66,14 @@ def solve(problem: BeamProblem) -> Proposal:
     Where the floors (38e) are out of reach, its beams meet the largest common part of them, and
     the message names what is at fault.
     """
-    if problem.n_tx < LEAST_ANTENNAS:
-        return relaxation.solve(problem)
-    stiff = (problem.ripple < LEAST_RIPPLE) & (problem.coverage_halfwidths > 0.0)
+    if problem.array.elements < LEAST_ANTENNAS:
+        return single_proposal(problem)
+    covered = has_cover(problem.array, problem.coverage_halfwidths)
+    stiff = (problem.ripple < LEAST_RIPPLE) & covered
+    linear = problem.array.axes == 1
     if stiff.any():
-        lobes = cover_lobes(problem)
-        if np.max(lobes) <= STIFF_LOBES:
+        lobes = problem_lobes(problem)
+        if linear and np.max(lobes) <= STIFF_LOBES:
             return _relaxed(problem)
         if np.any(stiff & (problem.ripple < LEAST_SEARCHED)):
             return flat_proposal(problem, lobes)
@@ -83,8 +86,9 @@ def solve(problem: BeamProblem) -> Proposal:
         reached = replace(problem, min_rate=problem.min_rate * factor)
         lowered = violation(reached, found.beams[0])
     if not found.converged[0] or lowered.largest > FEASIBLE:
-        unproved = _unproved(problem, found, cover_lobes(problem))
-        if stiff.any() or long_relaxation(problem):  # stiff and narrow was left to it above
+        unproved = _unproved(problem, found, problem_lobes(problem))
+        # stiff and narrow was left to it above
+        if not linear or stiff.any() or long_relaxation(problem):
             return unproved
         relaxed = _relaxed(problem)
         if relaxed.status == "optimal" or _worth(problem, relaxed.beams) >= _worth(
@@ -120,7 +124,7 @@ def _solved(batch: ProblemBatch) -> DirectResult:
 
 def long_relaxation(problem: BeamProblem) -> bool:
     """Tell whether the relaxation would take minutes for a problem with K >= 1 objects."""
-    return problem.n_objects > MOST_OBJECTS or bool(np.max(cover_lobes(problem)) > MOST_LOBES)
+    return problem.n_objects > MOST_OBJECTS or bool(np.max(problem_lobes(problem)) > MOST_LOBES)
 
 
 def _unproved(problem: BeamProblem, found: DirectResult, lobes: Array) -> Proposal:
@@ -152,10 +156,8 @@ def _made_to_keep(problem: BeamProblem, beams: ComplexArray, factor: float) -> C
     """Return beams that keep coverage, with powers near theirs for a part of the floors."""
     unit = math.sqrt(problem.power)
     kept = keep_coverage(problem, beams / unit)
-    channels = problem.array.steering(problem.angles)
-    loss = problem.loss / problem.power
     threshold = np.expm1(factor * problem.min_rate * math.log(2.0))
-    return settle_powers(kept, channels, loss, threshold) * unit
+    return settle_powers(problem, kept, threshold) * unit
 
 
 def _worth(problem: BeamProblem, beams: ComplexArray) -> tuple[float, float]:
@@ -177,8 +179,8 @@ def solve_examined(batch: ProblemBatch) -> tuple[DirectResult, BoolArray]:
     """
     found = _solved(batch)
     good = found.converged.copy()
-    steps = np.where(batch.active, batch.coverage_halfwidths, 0.0) / batch.resolution
-    numbers = (2.0 * steps.max(initial=0.0) + 3.0) * batch.active.shape[1] * batch.n_tx
+    covers = _active(batch.active, batch.coverage_halfwidths)
+    numbers = cover_size(batch.array, covers, batch.resolution) * batch.active.shape[1] * batch.n_tx
     size = int(EXAMINED / max(1.0, min(numbers, EXAMINED)))
     for begin in range(0, len(batch), size):
         part = np.arange(begin, min(begin + size, len(batch)))
@@ -200,8 +202,8 @@ def short_floors(batch: ProblemBatch, found: DirectResult, which: IntArray) -> l
     messages = []
     for trial, reach in zip(which, alone, strict=True):
         active = batch.active[trial]
-        phases = batch.array.phase(batch.angles[trial, active])
-        channels = real_steering(phases, batch.n_tx)
+        phases = batch.array.phases(batch.angles[trial, active])
+        channels = real_steering(phases, batch.array.shape)
         factor = float(found.floor_factor[trial])
         messages.append(named_faults(batch.min_rate[active], factor, reach[active], channels))
     return messages
@@ -214,7 +216,7 @@ def _alone(batch: ProblemBatch, found: DirectResult, which: IntArray) -> Array:
     """
     part = batch.taken(which)
     active = part.active
-    angles = np.where(active, part.angles, 0.0)
+    angles = _active(active, part.angles)
     loss = np.where(active, part.loss, 1.0) / batch.power
     beams = np.where(active[..., np.newaxis], found.beams[which], 0.0)
     spent = np.sum(np.abs(beams) ** 2, axis=-1)
@@ -227,7 +229,7 @@ def _alone(batch: ProblemBatch, found: DirectResult, which: IntArray) -> Array:
     single[np.arange(trials.size), objects] = True
     unasked = np.zeros_like(batch.min_rate)
     best = solve_batch(replace(lonely, active=single, min_rate=unasked, warm_start=None))
-    limit = np.log1p(batch.n_tx / loss[trials, objects]) / np.log(2.0)
+    limit = np.log1p(batch.array.elements / loss[trials, objects]) / np.log(2.0)
     rate[trials, objects] = np.where(best.converged, best.objective, limit)
     return rate
 
@@ -252,7 +254,7 @@ def better_given(batch: ProblemBatch, objective: Array, floors_met: BoolArray) -
     given = np.where(active[..., np.newaxis], batch.warm_start, 0.0)
     there: BoolArray = np.asarray(np.isfinite(given).all(axis=(1, 2)) & active.any(axis=1))
     given = np.where(there[:, np.newaxis, np.newaxis], given, 0.0)
-    gains = beam_gains(given, np.where(active, batch.angles, 0.0), batch.array)
+    gains = beam_gains(given, _active(active, batch.angles), batch.array)
     reached = rates_from_gains(gains, np.where(active, batch.loss, 1.0))
     higher = reached.sum(axis=-1) > objective * (1.0 + RAISED)
     missed = rate_shortfall(reached, np.where(active, batch.min_rate, 0.0))
@@ -282,6 +284,12 @@ def batch_of(problem: BeamProblem) -> ProblemBatch:
     )
 
 
+def _active(active: BoolArray, values: ValueArray) -> ValueArray:
+    """Return values ``(T, K, ...)`` with zeros for inactive objects, whose values may be NaN."""
+    there = active.reshape(*active.shape, *(1,) * (values.ndim - active.ndim))
+    return np.where(there, values, 0.0)
+
+
 def _keeps(
     batch: ProblemBatch, found: DirectResult, part: IntArray, most: float = FEASIBLE
 ) -> BoolArray:
@@ -290,16 +298,10 @@ def _keeps(
     ``most`` is the largest relative violation that passes.
     """
     active = batch.active[part]
-    beams = np.where(active[..., np.newaxis], found.beams[part], 0.0)
-    angles, loss, halfwidths = (
-        np.where(active, values[part], unused)
-        for values, unused in (
-            (batch.angles, 0.0),
-            (batch.loss, 1.0),
-            (batch.coverage_halfwidths, 0.0),
-        )
-    )
-    grid, mask = coverage_grid(angles, halfwidths, batch.resolution)
+    beams = _active(active, found.beams[part])
+    angles, covers = (_active(active, v[part]) for v in (batch.angles, batch.coverage_halfwidths))
+    loss = np.where(active, batch.loss[part], 1.0)
+    grid, mask = cover_grid(batch.array, angles, covers, batch.resolution)
     excess = coverage_excess(beams, angles, grid, mask, batch.ripple, batch.array)
     spent = np.sum(np.abs(beams) ** 2, axis=(-2, -1)) / batch.power - 1.0
     gains = beam_gains(beams, angles, batch.array)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
-from echobeam.beamforming.coverage import coverage_grid
+from echobeam.beamforming.coverage import cover_lobes
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
@@ -24,13 +24,10 @@ STIFF_LOBES = 6.0
 BISECTIONS = 60
 
 
-def cover_lobes(problem: BeamProblem) -> Array:
-    """Return ``(K,)``: how many Nyquist lobes 2 pi / N each cover is wide."""
-    grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
-    phases = problem.array.phase(grid)
-    high = np.max(np.where(mask, phases, -np.inf), axis=-1)
-    low = np.min(np.where(mask, phases, np.inf), axis=-1)
-    return np.asarray((high - low) * problem.n_tx / (2.0 * np.pi))
+def problem_lobes(problem: BeamProblem) -> Array:
+    """Return ``(K,)``: how many Nyquist lobes each cover of a problem is wide."""
+    covers = problem.angles, problem.coverage_halfwidths
+    return cover_lobes(problem.array, *covers, problem.resolution)
 
 
 def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
@@ -41,7 +38,7 @@ def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
     problem
         With K >= 1 objects.
     lobes
-        ``(K,)``: `cover_lobes`; the widest cover is named.
+        ``(K,)``: `problem_lobes`; the widest cover is named.
     """
     loss = problem.loss / problem.power
     powers, factor = flat_powers(loss, problem.min_rate)
@@ -58,6 +55,22 @@ def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
         proof=Proof(_bound(problem, loss)),
         status="fallback",
         message="; ".join([told, *short]),
+        iterations=0,
+    )
+
+
+def single_proposal(problem: BeamProblem) -> Proposal:
+    """Return the best beams of an array of one element, which is flat whatever it sends."""
+    powers, factor = flat_powers(problem.loss / problem.power, problem.min_rate)
+    beams = np.zeros((problem.n_objects, problem.n_tx), dtype=complex)
+    beams[:, 0] = np.sqrt(powers * problem.power)
+    short = factor < 1.0
+    told = f"one element tells no directions apart; all floors scaled by {factor:.4g}"
+    return Proposal(
+        beams=beams,
+        proof=Proof(_bound(problem, problem.loss / problem.power)),
+        status="fallback" if short else "optimal",
+        message=told if short else "",
         iterations=0,
     )
 
@@ -98,7 +111,8 @@ def flat_powers(loss: Array, min_rate: Array) -> tuple[Array, float]:
 
 def _bound(problem: BeamProblem, loss: Array) -> float:
     """Return a bound on the sum rate of every design, without coverage and floors."""
-    phases = problem.array.phase(problem.angles)
-    whole = np.full(problem.n_objects, float(problem.n_tx))
+    array = problem.array
+    whole = np.full(problem.n_objects, float(array.elements))
     free = interference_free_bound(whole, loss, np.zeros_like(loss))
-    return min(free, dirty_paper_bound(real_steering(phases, problem.n_tx), loss))
+    channels = real_steering(array.phases(problem.angles), array.shape)
+    return min(free, dirty_paper_bound(channels, loss))

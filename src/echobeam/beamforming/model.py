@@ -11,13 +11,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from echobeam.beamforming.conic import Block
-from echobeam.beamforming.coverage import coverage_grid, sparse_cover
+from echobeam.beamforming.coverage import (
+    cover_grid,
+    cover_lobes,
+    cover_neighbours,
+    sparse_cover,
+)
+from echobeam.beamforming.ellipse import spread_points
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.subspace import beam_subspace, real_steering
-from echobeam.values import Array, BoolArray
+from echobeam.physics.planar import PlanarArray
+from echobeam.values import Array, BoolArray, IntArray
 
 START_PER_LOBE = 8
 """Cover points per Nyquist lobe to start with: they are cheap, a further round of cuts is not."""
+
+EXTRA_DEGREE = 4
+"""The same over an ellipse: points for polynomials of twice this degree and the lobes' number."""
 
 FLATNESS = 1e-10
 """Excess of the ripple, relative to the power, that counts as none: what rounding leaves open."""
@@ -45,9 +55,11 @@ class BeamModel:
         ``(G,)``: points to impose from the start; cuts add others.
     ripple
         B_k.
-    phases
-        ``(G + 1,)`` rad: antenna phases of the object, then of its grid, for what has to be
+    steering
+        ``(G + 1, N)``: real steering vectors of the object, then of its grid, for what has to be
         judged outside the reduced coordinates.
+    near
+        ``(G, n)``: neighbours of each grid point; -1 for none.
     """
 
     basis: Array
@@ -56,7 +68,8 @@ class BeamModel:
     cover: Array
     start: BoolArray
     ripple: float
-    phases: Array
+    steering: Array
+    near: IntArray
 
     @property
     def block(self) -> Block:
@@ -94,30 +107,25 @@ class Model:
 
 def build_model(problem: BeamProblem) -> Model:
     """Return the normalised, reduced form of a problem with K >= 1 objects."""
-    n_tx, array = problem.n_tx, problem.array
-    grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
-    phases = array.phase(grid)
-    start = sparse_cover(phases, mask, n_tx, START_PER_LOBE)
-    centres = array.phase(problem.angles)
-    channels = real_steering(centres, n_tx)
-    subspaces = beam_subspace(
-        np.broadcast_to(channels, (problem.n_objects, *channels.shape)),
-        np.min(np.where(mask, phases, np.inf), axis=-1),
-        np.max(np.where(mask, phases, -np.inf), axis=-1),
-    )
+    array, covers = problem.array, problem.coverage_halfwidths
+    grid, mask = cover_grid(array, problem.angles, covers, problem.resolution)
+    near = cover_neighbours(array, covers, problem.resolution, mask.shape[-1])
+    channels = real_steering(array.phases(problem.angles), array.shape)
     beams = []
     for k in range(problem.n_objects):
-        basis = subspaces.basis[k][:, : subspaces.dimension[k]]
+        steering = real_steering(array.phases(grid[k, mask[k]]), array.shape)
+        basis = beam_subspace(channels, steering)
         reduced = channels @ basis
         beams.append(
             BeamModel(
                 basis=basis,
                 own=reduced[k],
                 channels=reduced,
-                cover=real_steering(phases[k, mask[k]], n_tx) @ basis,
-                start=start[k, mask[k]],
+                cover=steering @ basis,
+                start=_start(problem, grid[k], mask[k], k),
                 ripple=float(problem.ripple[k]),
-                phases=np.concatenate([centres[k : k + 1], phases[k, mask[k]]]),
+                steering=np.concatenate([channels[k : k + 1], steering]),
+                near=_own_neighbours(near[k], mask[k]),
             )
         )
     return Model(
@@ -126,6 +134,23 @@ def build_model(problem: BeamProblem) -> Model:
         threshold=np.expm1(problem.min_rate * np.log(2.0)),
         channels=channels,
     )
+
+
+def _own_neighbours(near: IntArray, mask: BoolArray) -> IntArray:
+    """Return neighbours counted among the points of a beam's own cover alone."""
+    place = np.where(mask, np.cumsum(mask) - 1, -1)
+    return np.where(near[mask] >= 0, place[near[mask]], -1)
+
+
+def _start(problem: BeamProblem, grid: Array, mask: BoolArray, k: int) -> BoolArray:
+    """Return which points of a beam's own cover, ``(G,)``, to impose at first."""
+    array, own, cover = problem.array, problem.angles[k], problem.coverage_halfwidths[k]
+    if isinstance(array, PlanarArray):
+        lobes = float(cover_lobes(array, own, cover, problem.resolution))
+        chosen = np.zeros(mask.shape, dtype=bool)
+        chosen[spread_points(grid, own, cover, 2 * (int(lobes) + EXTRA_DEGREE))] = True
+        return chosen[mask]
+    return sparse_cover(array.phase(grid), mask, array.n, START_PER_LOBE)[mask]
 
 
 def quadratic_forms(vectors: Array, covariance: Array) -> Array:
@@ -152,16 +177,15 @@ def ripple_excess(beam: BeamModel, covariance: Array) -> Array:
     return np.abs(pattern - centre) / power - beam.ripple
 
 
-def new_cuts(excess: Array, tolerance: float) -> BoolArray:
+def new_cuts(beam: BeamModel, excess: Array, tolerance: float) -> BoolArray:
     """Return the grid points where the excess has a local maximum above the tolerance.
 
     Their neighbours come along, since the peak moves a little when it is cut.
     """
-    padded = np.concatenate([[-np.inf], excess, [-np.inf]])
-    peak = (excess > tolerance) & (excess >= padded[:-2]) & (excess >= padded[2:])
-    chosen = peak.copy()
-    chosen[1:] |= peak[:-1]
-    chosen[:-1] |= peak[1:]
+    around = np.where(beam.near >= 0, excess[beam.near], -np.inf)
+    chosen: BoolArray = (excess > tolerance) & (excess >= around.max(axis=-1))
+    beside = beam.near[chosen]
+    chosen[beside[beside >= 0]] = True
     return chosen
 
 

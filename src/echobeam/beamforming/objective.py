@@ -9,19 +9,19 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import AntennaArray
 from echobeam.values import Array, ComplexArray
 
 
-def beam_gains(beams: ComplexArray, angles: Array, array: LinearArray) -> Array:
+def beam_gains(beams: ComplexArray, angles: Array, array: AntennaArray) -> Array:
     """Return the power of every beam towards each object, |a^H(theta_k) w_i|^2.
 
     Parameters
     ----------
     beams
-        ``(..., K, N)``, sqrt(power).
+        ``(..., K, n)``, sqrt(power); of two polarisations the powers add up.
     angles
-        ``(..., J)`` rad.
+        ``(..., J)`` rad, or ``(..., J, 2)`` direction cosines.
     array
         The transmit array.
 
@@ -30,8 +30,14 @@ def beam_gains(beams: ComplexArray, angles: Array, array: LinearArray) -> Array:
     Array
         ``(..., J, K)``, power: row by angle, column by beam.
     """
-    response = np.conj(array.steering(angles)) @ np.swapaxes(beams, -1, -2)
-    return np.abs(response) ** 2
+    columns = beams.reshape(*beams.shape[:-2], -1, array.elements)
+    response = np.conj(array.steering(angles)) @ np.swapaxes(columns, -1, -2)
+    power = np.abs(response) ** 2
+    if array.polarisations == 1:
+        return power
+    split = power.reshape(*power.shape[:-1], beams.shape[-2], array.polarisations)
+    total: Array = split.sum(axis=-1)
+    return total
 
 
 def sinr(gains: Array, loss: Array) -> Array:
@@ -69,7 +75,7 @@ def rates(problem: BeamProblem, beams: ComplexArray) -> Array:
     problem
         The problem with K objects.
     beams
-        ``(K, N)``, sqrt(power).
+        ``(K, n)``, sqrt(power).
 
     Returns
     -------

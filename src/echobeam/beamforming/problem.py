@@ -12,6 +12,7 @@ import numpy.typing as npt
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
 from echobeam.physics.link import channel_loss
+from echobeam.physics.planar import AntennaArray, PlanarArray
 from echobeam.values import Array, Axis, BoolArray, ComplexArray, IntArray
 
 DEFAULT_RESOLUTION = math.radians(0.1)
@@ -29,6 +30,13 @@ MOST = {
 """Largest values, and 1 / 1e30 the least positive ones: beyond them squares leave the numbers."""
 
 LEAST = 1e-30
+
+MOST_ANGLE = math.pi + 1e-9
+"""rad: largest angle of a direction; more are degrees, most probably."""
+
+VISIBLE, SYMMETRIC, THIN = 1e-9, 1e-9, 1e-12
+"""What rounding may do to u^2 + v^2 of a direction, to the symmetry of a cover's matrix, and to the
+ratio of its eigenvalues."""
 
 MOST_SHOWN = 80
 """Characters of a wrong value that a message repeats."""
@@ -49,14 +57,16 @@ class BeamProblem:
     ----------
     angles
         ``(K,)`` rad: the predicted angles theta-bar, where rates are evaluated and which the
-        coverage is centred on.
+        coverage is centred on. With a planar array ``(K, 2)`` direction cosines (u, v).
     distances
         ``(K,)`` m: the predicted distances.
     coverage_halfwidths
         ``(K,)`` rad: l sigma_theta of (38f), imposed at ``angle + j resolution`` for
-        ``|j| <= ceil(halfwidth / resolution)``.
+        ``|j| <= ceil(halfwidth / resolution)``. With a planar array ``(K, 2, 2)``: positive
+        definite matrices C of the ellipses x^T C^-1 x <= 1 in direction cosines, imposed on a
+        square lattice and on the edge; zero for no cover but the direction itself.
     ripple
-        Scalar or ``(K,)``: B_k of (38f), 0 to n_tx.
+        Scalar or ``(K,)``: B_k of (38f), 0 to the number of elements.
     min_rate
         Scalar or ``(K,)`` bit/s/Hz: Gamma_k of (38e).
     power, noise
@@ -64,11 +74,11 @@ class BeamProblem:
     alpha0
         Amplitude of the channel at 1 m.
     array
-        The transmit array; instead of it ``n_tx`` (number of antennas), ``spacing`` (wavelengths,
-        0.5 by default) and ``axis`` may be given: ``"vertical"``, the phase follows sin(angle), as
+        The transmit array, linear or planar; instead of a linear one ``n_tx`` (number of
+        antennas), ``spacing`` (wavelengths, 0.5 by default) and ``axis`` may be given: ``"vertical"``, the phase follows sin(angle), as
         in the paper, or ``"horizontal"``, cos(angle).
     resolution
-        rad: step of the coverage grid.
+        Step of the coverage grid, rad or direction cosine.
     warm_start
         ``(K, n_tx)`` complex: beams to start from, e.g. those of the last slot.
 
@@ -88,7 +98,7 @@ class BeamProblem:
     alpha0: float
     resolution: float
     warm_start: ComplexArray | None
-    array: LinearArray
+    array: AntennaArray
 
     def __init__(
         self,
@@ -105,23 +115,30 @@ class BeamProblem:
         axis: Axis = "vertical",
         resolution: float = DEFAULT_RESOLUTION,
         warm_start: npt.ArrayLike | None = None,
-        array: LinearArray | None = None,
+        array: AntennaArray | None = None,
     ) -> None:
         faults: list[str] = []
-        centres = _vector("angles", angles, None, faults)
-        n_objects = centres.size if centres.size or not faults else None
+        pair = (2,) if isinstance(array, PlanarArray) else ()
+        centres = _vector("angles", angles, None, faults, trailing=pair)
+        n_objects = len(centres) if centres.size or not faults else None
         values = {
             "angles": centres,
             "distances": _vector("distances", distances, n_objects, faults),
             "coverage_halfwidths": _vector(
-                "coverage_halfwidths", coverage_halfwidths, n_objects, faults
+                "coverage_halfwidths", coverage_halfwidths, n_objects, faults, trailing=2 * pair
             ),
             "ripple": _vector("ripple", ripple, n_objects, faults, broadcast=True),
             "min_rate": _vector("min_rate", min_rate, n_objects, faults, broadcast=True),
         }
         given = {"power": power, "noise": noise, "alpha0": alpha0, "resolution": resolution}
         scalars = {name: _scalar(name, value, faults) for name, value in given.items()}
-        faults += _out_of_range({name: vector.tolist() for name, vector in values.items()}, scalars)
+        flat = {name: vector.tolist() for name, vector in values.items()}
+        if pair:
+            del flat["coverage_halfwidths"]
+            faults += _off_the_sphere(centres, values["coverage_halfwidths"])
+        else:
+            faults += _out_of_plane(flat["angles"], flat["coverage_halfwidths"])
+        faults += _out_of_range(flat, scalars)
         chosen = _array(array, n_tx, spacing, axis, faults)
         loss = _loss(values["distances"], scalars)
         if not faults and not fitting_loss(loss, scalars["power"]).all():
@@ -142,11 +159,11 @@ class BeamProblem:
     @property
     def n_objects(self) -> int:
         """K."""
-        return int(self.angles.size)
+        return len(self.angles)
 
     @property
     def n_tx(self) -> int:
-        """N_t."""
+        """N_t, number of weights of a beam."""
         return self.array.n
 
     @property
@@ -165,7 +182,8 @@ class ProblemBatch:
     Attributes
     ----------
     angles, loss, coverage_halfwidths
-        ``(T, K)``; anything where ``active`` is false. ``loss`` is noise over path gain.
+        ``(T, K)``, with a planar array ``(T, K, 2)``, ``(T, K)`` and ``(T, K, 2, 2)``; anything
+        where ``active`` is false. ``loss`` is noise over path gain.
     active
         ``(T, K)``: the objects that get a beam; those of the others are zero.
     ripple, min_rate
@@ -185,7 +203,7 @@ class ProblemBatch:
     ripple: Array
     min_rate: Array
     power: float
-    array: LinearArray
+    array: AntennaArray
     resolution: float = DEFAULT_RESOLUTION
     warm_start: ComplexArray | None = None
 
@@ -230,6 +248,19 @@ class ProblemBatch:
         )
 
 
+def fitting_directions(array: AntennaArray, directions: Array, covers: Array) -> BoolArray:
+    """Return where directions and covers are ones that a solver takes, ``(...)``."""
+    if isinstance(array, PlanarArray):
+        finite = np.isfinite(directions).all(axis=-1) & np.isfinite(covers).all(axis=(-2, -1))
+        known = np.where(finite[..., np.newaxis, np.newaxis], covers, 0.0)
+        squares = np.linalg.eigvalsh(known)
+        some = np.any(known != 0.0, axis=(-2, -1))
+        good: BoolArray = finite & (squares[..., 1] <= 1.0)
+        return good & (~some | (squares[..., 0] > THIN * squares[..., 1]))
+    fits: BoolArray = np.isfinite(directions) & (covers >= 0.0) & (covers <= np.pi / 2)
+    return fits
+
+
 def fitting_loss(loss: Array, power: float) -> BoolArray:
     """Return where noise d^2 / (power alpha0^2) is within the numbers that a solver takes."""
     with np.errstate(
@@ -258,14 +289,17 @@ def _array(
     spacing: object,
     axis: object,
     faults: list[str],
-) -> LinearArray | None:
+) -> AntennaArray | None:
     """Return the array that is given, or made of its three numbers; None if it is at fault."""
     if array is not None:
-        if not isinstance(array, LinearArray):
-            faults.append(f"array must be a LinearArray, not a {type(array).__name__}")
+        if not isinstance(array, AntennaArray):
+            kind = type(array).__name__
+            faults.append(f"array must be a LinearArray or a PlanarArray, not a {kind}")
             return None
         if n_tx is not None and n_tx != array.n:
-            faults.append(f"n_tx = {n_tx!r} contradicts the array of {array.n} elements")
+            faults.append(
+                f"n_tx = {n_tx!r} contradicts the array, whose beams have {array.n} weights"
+            )
         return array
     before = len(faults)
     if n_tx is None:
@@ -302,11 +336,6 @@ def _out_of_range(vectors: dict[str, list[float]], scalars: dict[str, float]) ->
             faults.append(f"{name} must lie between {LEAST:g} and {most:g}, not {given[name]}")
     if not all(x > 0.0 for x in vectors["distances"]):
         faults.append(f"distances must be positive, not {vectors['distances']}")
-    halfwidths = vectors["coverage_halfwidths"]
-    if not all(0.0 <= x <= math.pi / 2 for x in halfwidths):
-        faults.append(
-            f"coverage_halfwidths must lie between 0 and pi/2 (the half plane), not {halfwidths}"
-        )
     for name in ("ripple", "min_rate"):
         if not all(x >= 0.0 for x in vectors[name]):
             faults.append(f"{name} must not be negative: {vectors[name]}")
@@ -318,10 +347,58 @@ def _out_of_range(vectors: dict[str, list[float]], scalars: dict[str, float]) ->
     return faults
 
 
+def _out_of_plane(angles: list[float], halfwidths: list[float]) -> list[str]:
+    """Return the faults of angles and half-widths of a linear array."""
+    faults = []
+    if not all(abs(x) <= MOST_ANGLE for x in angles):
+        faults.append(f"angles must lie between -pi and pi rad (are they degrees?), not {angles}")
+    if not all(0.0 <= x <= math.pi / 2 for x in halfwidths):
+        faults.append(
+            f"coverage_halfwidths must lie between 0 and pi/2 (the half plane), not {halfwidths}"
+        )
+    return faults
+
+
+def _off_the_sphere(directions: Array, covers: Array) -> list[str]:
+    """Return the faults of directions and ellipses of a planar array."""
+    faults = []
+    if directions.size and not np.all(np.sum(directions**2, axis=-1) <= 1.0 + VISIBLE):
+        faults.append(
+            "angles must be direction cosines (u, v) with u^2 + v^2 <= 1, "
+            f"not {_shown(directions.tolist())}"
+        )
+    if not covers.size:
+        return faults
+    if np.any(np.abs(covers - np.swapaxes(covers, -1, -2)) > SYMMETRIC * np.abs(covers).max()):
+        return [*faults, f"coverage_halfwidths must be symmetric, not {_shown(covers.tolist())}"]
+    squares = np.linalg.eigvalsh(covers)
+    some = np.any(covers != 0.0, axis=(-2, -1))
+    thin = squares[..., 0] <= THIN * squares[..., 1]
+    if np.any(some & thin):
+        faults.append(
+            "coverage_halfwidths must be positive definite matrices, or zero for no cover, "
+            f"not {_shown(covers.tolist())}"
+        )
+    elif np.any(squares > 1.0):
+        faults.append(
+            "coverage_halfwidths must be ellipses of half-axes up to 1 (all that is visible), "
+            f"not {_shown(covers.tolist())}"
+        )
+    elif np.any(some & (squares[..., 0] < LEAST**0.5)):
+        faults.append(f"coverage_halfwidths must be ellipses of half-axes from {LEAST**0.25:.2g}")
+    return faults
+
+
 def _vector(
-    name: str, value: Any, size: int | None, faults: list[str], broadcast: bool = False
+    name: str,
+    value: Any,
+    size: int | None,
+    faults: list[str],
+    broadcast: bool = False,
+    trailing: tuple[int, ...] = (),
 ) -> Array:
-    fallback = np.ones(size or 0)
+    """Return numbers of shape ``(size, *trailing)``; ones, and a fault, if they are none."""
+    fallback = np.ones((size or 0, *trailing))
     try:
         if np.iscomplexobj(value):
             raise TypeError("numpy would drop the imaginary parts with no more than a warning")
@@ -331,13 +408,16 @@ def _vector(
         return fallback
     if broadcast and vector.ndim == 0:
         vector = np.full(1 if size is None else size, float(vector))
-    if vector.ndim != 1 or (size is not None and vector.size != size):
-        wanted = "(K,)" if size is None else f"({size},)" + (" or a scalar" if broadcast else "")
+    wrong = vector.shape[1:] != trailing or vector.ndim == 0
+    if wrong or (size is not None and len(vector) != size):
+        wanted = ", ".join(map(str, ("K" if size is None else size, *trailing)))
+        wanted = f"({wanted})" if trailing else f"({wanted},)"
+        wanted += " or a scalar" if broadcast else ""
         faults.append(f"{name} must be of shape {wanted}, not {vector.shape}")
         return fallback
     if not np.isfinite(vector).all():
         faults.append(f"{name} must be finite, not {vector.tolist()}")
-        return np.ones(vector.size)
+        return np.ones(vector.shape)
     return vector
 
 

@@ -8,10 +8,13 @@ import numpy as np
 
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.model import FLATNESS, BeamModel, Model
+from echobeam.beamforming.objective import beam_gains
 from echobeam.beamforming.power import settle
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.rank_one import autocorrelation, beam_of, spectral_factor
 from echobeam.beamforming.subspace import to_beams
+from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import PlanarArray
 from echobeam.values import Array, ComplexArray
 
 NO_POWER = 1e-12
@@ -25,9 +28,11 @@ ROUNDING = 1e-15
 
 
 def recover_beams(problem: BeamProblem, model: Model, covariances: list[Array]) -> ComplexArray:
-    """Return rank-one beams with the patterns and powers of reduced covariances.
+    """Return beams with the patterns and powers of reduced covariances.
 
     What a solver left open in the last digits of the rate floors (38e) is settled by the powers.
+    For a linear array a beam of that pattern exists, see `rank_one`; for a planar one it may not,
+    and the beam is that of the strongest columns.
 
     Parameters
     ----------
@@ -39,43 +44,49 @@ def recover_beams(problem: BeamProblem, model: Model, covariances: list[Array]) 
     Returns
     -------
     ComplexArray
-        ``(K, N)``, sqrt(power).
+        ``(K, n)``, sqrt(power).
     """
+    columns = problem.array.polarisations
+    exact = isinstance(problem.array, LinearArray)
     beams = np.stack(
-        [_beam(beam, covariance) for beam, covariance in zip(model.beams, covariances, strict=True)]
+        [
+            _beam(beam, covariance, columns, exact)
+            for beam, covariance in zip(model.beams, covariances, strict=True)
+        ]
     )
-    channels = problem.array.steering(problem.angles)
-    settled = settle_powers(beams, channels, model.loss, model.threshold)
-    return settled * math.sqrt(problem.power)
+    return settle_powers(problem, beams, model.threshold) * math.sqrt(problem.power)
 
 
-def _beam(beam: BeamModel, covariance: Array) -> ComplexArray:
+def _beam(beam: BeamModel, covariance: Array, count: int, exact: bool) -> ComplexArray:
+    """Return a beam of so many columns, one after the other."""
+    n_tx = beam.basis.shape[0]
     values, vectors = np.linalg.eigh(covariance)
     values = np.maximum(values, 0.0)
     power = float(np.sum(values))
     if power < NO_POWER:
-        return np.zeros(beam.basis.shape[0], dtype=complex)
-    columns = beam.basis @ (vectors * np.sqrt(values))
+        return np.zeros(count * n_tx, dtype=complex)
+    columns = (beam.basis @ (vectors * np.sqrt(values)))[:, ::-1]
     # All data are real: two real columns x, y have the pattern of the one complex x + j y.
-    rest = beam.basis.shape[0] * float(np.sum(values[:-2]))
-    if len(values) >= 2 and rest <= NEGLIGIBLE * beam.ripple * power:
-        pair = columns[:, -1] + 1j * columns[:, -2]
-        return to_beams(pair * math.sqrt(power / float(np.sum(values[-2:]))))
-    return beam_of(to_beams(columns.T.astype(complex)).T)
+    rest = n_tx * float(np.sum(values[: -2 * count]))
+    if exact and rest > NEGLIGIBLE * beam.ripple * power:
+        return beam_of(to_beams(columns.T.astype(complex)).T)
+    paired = np.zeros((count, n_tx), dtype=complex)
+    for place in range(min(2 * count, columns.shape[1])):
+        paired[place % count] += columns[:, place] * (1.0, 1.0j)[place // count]
+    kept = float(np.sum(np.abs(paired) ** 2))
+    return to_beams(paired * math.sqrt(power / kept)).ravel()
 
 
-def settle_powers(
-    beams: ComplexArray, channels: ComplexArray, loss: Array, threshold: Array
-) -> ComplexArray:
+def settle_powers(problem: BeamProblem, beams: ComplexArray, threshold: Array) -> ComplexArray:
     """Return the same beams with powers that meet floors (38e) and budget (38b), if near ones do.
 
     Parameters
     ----------
+    problem
+        With K objects; its own floors are not looked at.
     beams
-        ``(K, N)``, sqrt(power / P_T).
-    channels
-        ``(K, N)``: steering vectors of the objects.
-    loss, threshold
+        ``(K, n)``, sqrt(power / P_T).
+    threshold
         ``(K,)``: as in `power.settle`.
     """
     powers = np.sum(np.abs(beams) ** 2, axis=-1)
@@ -83,8 +94,9 @@ def settle_powers(
     beams = np.where(served[:, np.newaxis], beams, 0.0)
     if not served.any():
         return beams
-    gains = np.abs(np.conj(channels[served]) @ beams[served].T) ** 2 / powers[served]
-    settled = settle(gains, loss[served], threshold[served], powers[served])
+    gains = beam_gains(beams[served], problem.angles[served], problem.array) / powers[served]
+    loss = problem.loss[served] / problem.power
+    settled = settle(gains, loss, threshold[served], powers[served])
     beams[served] *= np.sqrt(settled / powers[served] * (1.0 - ROUNDING))[:, np.newaxis]
     return beams
 
@@ -92,9 +104,15 @@ def settle_powers(
 def keep_coverage(problem: BeamProblem, beams: ComplexArray) -> ComplexArray:
     """Return beams mixed with a flat pattern, as far as it takes to keep (38f) on the full grid.
 
+    On linear arrays; beams of planar ones are returned as they are, since nothing can be mixed
+    with a single beam there.
+
     A pattern is mixed with a flat one of the same power by shrinking its autocorrelation but for
     the power, and a beam is found from the result.
     """
+    array = problem.array
+    if isinstance(array, PlanarArray):
+        return beams
     grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
     kept = beams.copy()
     for k, beam in enumerate(beams):
@@ -102,7 +120,7 @@ def keep_coverage(problem: BeamProblem, beams: ComplexArray) -> ComplexArray:
         if power < NO_POWER:
             continue
         angles = np.concatenate([problem.angles[k : k + 1], grid[k, mask[k]]])
-        response = np.conj(problem.array.steering(angles)) @ beam
+        response = np.conj(array.steering(angles)) @ beam
         pattern = np.abs(response) ** 2 / power
         ripple = float(problem.ripple[k])
         excess = float(np.max(np.abs(pattern - pattern[0]))) - ripple

@@ -18,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from echobeam.beamforming.coverage import coverage_grid
+from echobeam.beamforming.coverage import cover_grid
 from echobeam.beamforming.fallback import fair_proposal
 from echobeam.beamforming.model import build_model
-from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.problem import BeamProblem, ProblemError
 from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.rank_one import beam_of
@@ -102,10 +102,14 @@ class ReferenceProblem:
 
     def _coverage(self, problem: BeamProblem) -> list[Any]:
         cp = self._cvxpy
-        grid, mask = coverage_grid(problem.angles, problem.coverage_halfwidths, problem.resolution)
+        covers = problem.angles, problem.coverage_halfwidths
+        grid, mask = cover_grid(problem.array, *covers, problem.resolution)
         constraints = []
         for k, W in enumerate(self.covariances):
-            angles = grid[k, mask[k] & (grid[k] != problem.angles[k])]
+            elsewhere = grid[k] != problem.angles[k]
+            if elsewhere.ndim > 1:
+                elsewhere = elsewhere.any(axis=-1)
+            angles = grid[k, mask[k] & elsewhere]
             if angles.size == 0:
                 continue
             cover = problem.array.steering(angles)
@@ -196,15 +200,19 @@ def solve(problem: BeamProblem) -> Proposal:
     ------
     ImportError
         If CVXPY is not installed.
+    ProblemError
+        If the array has two polarisations, which the paper does not have.
     """
+    if problem.array.polarisations > 1:
+        raise ProblemError("method 'reference' takes arrays of one polarisation only")
     stated = ReferenceProblem(problem)
     relaxed = relax(stated)
     if relaxed is None:
         return _fair(problem)
     final = minimise_rank(stated, relaxed)
-    beams = np.stack([beam_of(_columns(W)) for W in final.covariances])
+    beams = np.stack([_beam(problem, W) for W in final.covariances])
     beams = keep_coverage(problem, beams)
-    beams = settle_powers(beams, stated.channels, stated.loss, stated.threshold)
+    beams = settle_powers(problem, beams, stated.threshold)
     return Proposal(
         beams=beams * np.sqrt(problem.power),
         proof=Proof(partial(prove, problem, 0.0)),
@@ -264,6 +272,17 @@ def _residual(stated: Any) -> float:
 def _columns(covariance: ComplexArray) -> ComplexArray:
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _beam(problem: BeamProblem, covariance: ComplexArray) -> ComplexArray:
+    """Return the beam of a covariance: of the same pattern, or its strongest column."""
+    columns = _columns(covariance)
+    if problem.array.axes == 1:
+        return beam_of(columns)
+    strongest: ComplexArray = columns[:, -1] * np.sqrt(
+        np.sum(np.abs(columns) ** 2) / max(np.sum(np.abs(columns[:, -1]) ** 2), 1e-300)
+    )
+    return strongest
 
 
 def _fair(problem: BeamProblem) -> Proposal:

@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.certificate import FEASIBLE, violation
 from echobeam.beamforming.conic import limited
 from echobeam.beamforming.fallback import bound_without_floors, fair_proposal
+from echobeam.beamforming.flat import flat_proposal, problem_lobes
 from echobeam.beamforming.model import Model, build_model, model_gains
 from echobeam.beamforming.objective import sinr
 from echobeam.beamforming.power import BUDGET_DIGITS, spend
@@ -61,8 +63,13 @@ def _solve(problem: BeamProblem) -> Proposal:
     found = None if impossible_alone(model, shapes) else _search(model, shapes)
     if found is None:
         return fair_proposal(problem, model, shapes)
+    beams = recover_beams(problem, model, found.design.covariances)
+    if problem.array.axes > 1 and violation(problem, beams).largest > FEASIBLE:
+        flat = flat_proposal(problem, problem_lobes(problem))
+        told = "the relaxation is a bound: no single beams with its patterns were found; flat beams"
+        return replace(flat, proof=Proof(found.bound), message=told)
     return Proposal(
-        beams=recover_beams(problem, model, found.design.covariances),
+        beams=beams,
         proof=Proof(found.bound),
         status="optimal" if found.converged else "fallback",
         message="" if found.converged else "the joint climb failed; best shapes alone",

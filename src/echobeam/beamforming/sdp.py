@@ -189,7 +189,7 @@ def keep_coverage(
     for beam, covariance, old in zip(model.beams, covariances, cuts, strict=True):
         excess = ripple_excess(beam, covariance)
         kept.append(flattened(covariance, excess, beam.ripple))
-        found = new_cuts(excess, FLATNESS + CUT_TOLERANCE * beam.ripple) & ~old
+        found = new_cuts(beam, excess, FLATNESS + CUT_TOLERANCE * beam.ripple) & ~old
         found &= float(np.trace(covariance)) > LEAST_POWER
         wider.append(old | found)
         complete &= not found.any()

@@ -14,7 +14,6 @@ import numpy as np
 from echobeam.beamforming import conic
 from echobeam.beamforming.bounds import gain_bound
 from echobeam.beamforming.model import FLATNESS, BeamModel, flattened, new_cuts, ripple_excess
-from echobeam.beamforming.subspace import real_steering
 from echobeam.values import Array, BoolArray
 
 ENOUGH = 1e-9
@@ -73,7 +72,7 @@ def best_shape(beam: BeamModel) -> Shape:
         reached = float(beam.own @ feasible @ beam.own)
         if reached > gain:
             best, gain = feasible, reached
-        found = new_cuts(excess, FLATNESS) & ~cuts
+        found = new_cuts(beam, excess, FLATNESS) & ~cuts
         if not found.any():
             break
         cuts = cuts | found
@@ -99,5 +98,5 @@ def _programme(beam: BeamModel, cuts: BoolArray) -> conic.Programme:
 
 def _proved_bound(beam: BeamModel, cuts: BoolArray, multipliers: Array) -> float:
     above, below = np.split(multipliers, 2)
-    steering = real_steering(beam.phases, beam.basis.shape[0])
+    steering = beam.steering
     return gain_bound(steering[0], steering[1:][cuts], beam.ripple, above, below)

@@ -11,11 +11,9 @@ is relative to tr W_k, and a beam may have to waste power to be flat enough.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from echobeam.values import Array, ComplexArray, IntArray
+from echobeam.values import Array, ComplexArray
 
 SPAN_TOLERANCE = 1e-5
 """Directions with a smaller singular value (relative to the largest) are left out of the span.
@@ -25,31 +23,34 @@ whatever this value; only optimality depends on it, and quadratically: 1e-4 was 
 less than 1e-9 of the gain, and every dimension less saves a quarter of a semidefinite solve.
 """
 
-SAMPLES_PER_LOBE = 4
-EXTRA_SAMPLES = 12
+SAMPLES = 12.0
+"""Points of a cover, however many, count as so many next to the objects."""
 
 
-def real_steering(phases: Array, n_tx: int) -> Array:
+def real_steering(phases: Array, shape: tuple[int, int]) -> Array:
     """Return the steering vector (4) in phase-centred real coordinates.
 
     Parameters
     ----------
     phases
-        ``(...)`` rad: phase step between neighbouring antennas, `LinearArray.phase`.
-    n_tx
-        N, number of antennas.
+        ``(..., 1)`` or ``(..., 2)`` rad: phase steps between neighbouring rows (planar arrays) and
+        columns, `phases` of the array.
+    shape
+        Rows and columns of the array.
 
     Returns
     -------
     Array
         ``(..., N)``, of norm sqrt(N): ceil(N/2) cosines, then floor(N/2) sines.
     """
-    half = n_tx // 2
-    order = np.arange(n_tx - half) + (0.5 if n_tx % 2 == 0 else 0.0)
-    cosines = np.sqrt(2.0) * np.cos(np.asarray(phases)[..., np.newaxis] * order)
+    n_tx = shape[0] * shape[1]
+    row, column = np.divmod(np.arange(n_tx // 2, n_tx), shape[1])
+    places = np.stack([row - 0.5 * (shape[0] - 1), column - 0.5 * (shape[1] - 1)])
+    angle = phases @ places[-phases.shape[-1] :]
+    cosines = np.sqrt(2.0) * np.cos(angle)
     if n_tx % 2:
         cosines[..., 0] = 1.0
-    sines = np.sqrt(2.0) * np.sin(np.asarray(phases)[..., np.newaxis] * order[n_tx % 2 :])
+    sines = np.sqrt(2.0) * np.sin(angle[..., n_tx % 2 :])
     return np.concatenate([cosines, sines], axis=-1)
 
 
@@ -90,82 +91,24 @@ def to_coordinates(beams: ComplexArray) -> ComplexArray:
     return coordinates
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Subspace:
-    """Where a beam may live without loss, and the way back.
-
-    Attributes
-    ----------
-    basis
-        ``(..., N, r)``: orthonormal columns, the spare direction among them; zero columns beyond
-        ``dimension``, where members of a batch differ.
-    dimension
-        ``(...)``: number of columns in use.
-    """
-
-    basis: Array
-    dimension: IntArray
-
-    def reduce(self, vectors: Array) -> Array:
-        """Return real steering vectors ``(..., J, N)`` in reduced coordinates, ``(..., J, r)``."""
-        return vectors @ self.basis
-
-    def lift(self, reduced: ComplexArray) -> ComplexArray:
-        """Return antenna weights ``(..., N)`` of beams in reduced coordinates, ``(..., r)``."""
-        return to_beams(np.einsum("...nr,...r->...n", self.basis, reduced))
-
-    def project(self, beams: ComplexArray) -> ComplexArray:
-        """Return beams ``(..., N)`` in reduced coordinates ``(..., r)``, keeping their power.
-
-        What a beam has outside the span goes into the spare direction, as far as there is one.
-        """
-        coordinates = to_coordinates(beams)
-        reduced: ComplexArray = np.einsum("...nr,...n->...r", self.basis, coordinates)
-        power = np.sum(np.abs(coordinates) ** 2, axis=-1) - np.sum(np.abs(reduced) ** 2, axis=-1)
-        spare = (self.dimension - 1)[..., np.newaxis]
-        value = np.take_along_axis(reduced, spare, axis=-1)
-        size = np.sqrt(np.abs(value) ** 2 + np.maximum(power, 0.0)[..., np.newaxis])
-        np.put_along_axis(reduced, spare, size * np.exp(1j * np.angle(value)), axis=-1)
-        return reduced
-
-
-def beam_subspace(channels: Array, low: Array, high: Array) -> Subspace:
+def beam_subspace(channels: Array, cover: Array) -> Array:
     """Return the span of the objects' and one cover's steering vectors, and one spare direction.
 
     Parameters
     ----------
     channels
-        ``(..., J, N)``: real steering vectors of all objects.
-    low, high
-        ``(...)`` rad: smallest and largest antenna phase in the cover.
+        ``(K, N)``: real steering vectors of all objects.
+    cover
+        ``(G, N)``: those of the points of the cover.
 
     Returns
     -------
-    Subspace
-        Of at most N dimensions. The last column in use is the spare direction, unless the span
-        is the whole space.
+    Array
+        ``(N, r)``: orthonormal columns. The last one is the spare direction, unless the span is
+        the whole space.
     """
     n_tx = channels.shape[-1]
-    low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
-    vectors = np.concatenate([channels, _samples(low, high, n_tx)], axis=-2)
-    _, singular, rows = np.linalg.svd(vectors, full_matrices=vectors.shape[-2] < n_tx)
-    span = np.sum(singular > SPAN_TOLERANCE * singular[..., :1], axis=-1)
-    dimension = np.minimum(span + 1, n_tx)
-    size = int(np.max(dimension, initial=1))
-    used = np.arange(size) < dimension[..., np.newaxis]
-    basis = np.swapaxes(rows[..., :size, :], -1, -2) * used[..., np.newaxis, :]
-    return Subspace(basis=basis, dimension=dimension)
-
-
-def _samples(low: Array, high: Array, n_tx: int) -> Array:
-    """Return steering vectors that span those of an interval of phases; zero rows fill up a batch.
-
-    Chebyshev nodes, so many as the interval has lobes for: a member's own, whatever the others'.
-    """
-    lobes = (high - low) * n_tx / (2.0 * np.pi)
-    count = np.ceil(SAMPLES_PER_LOBE * lobes) + EXTRA_SAMPLES
-    order = np.arange(int(np.max(count, initial=EXTRA_SAMPLES)))
-    last = count[..., np.newaxis] - 1.0
-    nodes = 0.5 - 0.5 * np.cos(np.pi * np.minimum(order / last, 1.0))
-    phases = low[..., np.newaxis] + (high - low)[..., np.newaxis] * nodes
-    return real_steering(phases, n_tx) * (order <= last)[..., np.newaxis]
+    vectors = np.concatenate([channels, cover * np.sqrt(SAMPLES / len(cover))])
+    squares, directions = np.linalg.eigh(vectors.T @ vectors)
+    span = int(np.sum(squares > SPAN_TOLERANCE**2 * squares[-1]))
+    return directions[:, ::-1][:, : min(span + 1, n_tx)]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.coverage import coverage_steps
+from echobeam.beamforming.coverage import coverage_steps, has_cover
 from echobeam.beamforming.direct import LEAST_ANTENNAS
+from echobeam.beamforming.ellipse import ellipse_steps
 from echobeam.beamforming.fast import LEAST_RIPPLE
-from echobeam.beamforming.problem import LEAST, MOST, ProblemBatch, fitting_loss
+from echobeam.beamforming.problem import LEAST, MOST, ProblemBatch, fitting_directions, fitting_loss
 from echobeam.values import BoolArray, IntArray
 
 MOST_POINTS = 4000
@@ -50,15 +51,20 @@ def sound_trials(batch: ProblemBatch) -> BoolArray:
         "resolution": batch.resolution,
     }
     fits = all(LEAST <= number <= MOST[name] for name, number in numbers.items())
-    if not fits or batch.n_tx < LEAST_ANTENNAS:
+    if not fits or batch.array.elements < LEAST_ANTENNAS:
         return np.zeros(len(batch), dtype=bool)
-    halfwidths = batch.coverage_halfwidths
-    good = np.isfinite(batch.angles) & fitting_loss(batch.loss, batch.power)
-    good &= (halfwidths >= 0.0) & (halfwidths <= np.pi / 2)
+    covers = batch.coverage_halfwidths
+    good = fitting_directions(batch.array, batch.angles, covers)
+    good &= fitting_loss(batch.loss, batch.power)
     for name, each in (("ripple", batch.ripple), ("min_rate", batch.min_rate)):
         good &= (each == 0.0) | ((each >= LEAST) & (each <= MOST[name]))
-    good &= (batch.ripple >= LEAST_RIPPLE) | (halfwidths == 0.0)
-    narrow = np.where(good, halfwidths, 0.0)
-    good &= 2.0 * coverage_steps(narrow, batch.resolution) + 1.0 <= MOST_POINTS
+    good &= (batch.ripple >= LEAST_RIPPLE) | ~has_cover(batch.array, covers)
+    if batch.array.axes == 1:
+        narrow = np.where(good, covers, 0.0)
+        good &= 2.0 * coverage_steps(narrow, batch.resolution) + 1.0 <= MOST_POINTS
+    else:
+        narrow = np.where(good[..., np.newaxis, np.newaxis], covers, 0.0)
+        steps = ellipse_steps(narrow, batch.resolution)
+        good &= np.prod(2.0 * steps + 1.0, axis=-1) <= MOST_POINTS
     sound: BoolArray = np.all(good | ~batch.active, axis=-1)
     return sound

@@ -61,6 +61,26 @@ class LinearArray:
         if faults:
             raise ArrayError("; ".join(faults))
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns: one row."""
+        return 1, self.n
+
+    @property
+    def elements(self) -> int:
+        """Number of elements: the largest gain of a beam of unit power."""
+        return self.n
+
+    @property
+    def polarisations(self) -> int:
+        """One: a beam of one column is as good as any, see `docs/beam-design.md`."""
+        return 1
+
+    @property
+    def axes(self) -> int:
+        """Number of components of a direction."""
+        return 1
+
     def frequency(self, theta: npt.ArrayLike) -> Array:
         """Return the direction as the array sees it: u in the phase 2 pi spacing m u of Eq. (4).
 
@@ -102,6 +122,11 @@ class LinearArray:
         """Return the phase step between neighbouring elements, ``(...)`` rad: 2 pi spacing u."""
         step: Array = 2.0 * np.pi * self.spacing * self.frequency(theta)
         return step
+
+    def phases(self, theta: npt.ArrayLike) -> Array:
+        """Return `phase` with an axis for the array's one dimension, ``(..., 1)`` rad."""
+        steps: Array = self.phase(theta)[..., np.newaxis]
+        return steps
 
     def steering(self, theta: npt.ArrayLike) -> ComplexArray:
         """Return the steering vector a(theta) of Eq. (4): exp(j 2 pi spacing m u), m = 0 .. n - 1.
@@ -158,6 +183,12 @@ class LinearArray:
             "...jq,...jq->...j", within @ np.swapaxes(coefficients, -1, -2), across
         )
         return response
+
+    def pattern(self, beams: ComplexArray, theta: npt.ArrayLike) -> Array:
+        """Return |a(theta)^H w|^2, ``(..., J)``: the power of `response`."""
+        response = self.response(beams, theta)
+        pattern: Array = response.real**2 + response.imag**2
+        return pattern
 
     def far_field(self, wavelength: float) -> float:
         """Return the Fraunhofer distance 2 D^2 / lambda, m, from which waves are taken as plane.

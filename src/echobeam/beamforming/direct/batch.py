@@ -1,4 +1,4 @@
-"""The direct solver: rank-one beams for problem (38), a whole batch of trials in one call.
+"""The direct solver: beams of one or two columns for problem (38), a whole batch in one call.
 
 A trial's beams are found in the dual uplink (`powers`), where their shapes separate: each shape
 takes its Newton steps (`step`), with the powers improved in between (`climb`). The first rounds
@@ -15,23 +15,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from echobeam.beamforming.coverage import coverage_grid
-from echobeam.beamforming.direct.sizes import step_work
+from echobeam.beamforming.coverage import cover_size
+from echobeam.beamforming.direct.layout import Layout, layouts
 from echobeam.beamforming.direct.subsets import settle
 from echobeam.beamforming.problem import ProblemBatch
+from echobeam.physics.planar import AntennaArray
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 if TYPE_CHECKING:
     from echobeam.beamforming.direct.trials import CompiledTrials
 
-CHIRPS = (0.6, 1.0, 0.3)
+RATES = (0.6, 1.0, 0.3)
 """Rates of the chirp of the first start and of those after failures."""
 
 LEAST_ANTENNAS = 2
 """One antenna has one pattern: there is no shape to look for."""
 
-CHUNK = 4096
-"""Beams whose grids are laid out at a time."""
+CHUNK, MOST_POINTS = 4096, 2e6
+"""Beams, and points of all their grids, that are laid out at a time."""
 
 MOST_WORK = 6e9
 """Multiplications (`step_work`) up to which other sets of objects are tried: some four seconds, for
@@ -50,7 +51,7 @@ class DirectResult:
     Attributes
     ----------
     beams
-        ``(T, K, N)``, sqrt(power); zero for inactive objects and where nothing was found.
+        ``(T, K, n)``, sqrt(power); zero for inactive objects and where nothing was found.
     objective
         ``(T,)`` bit/s/Hz: the sum rate of these beams.
     converged
@@ -72,7 +73,7 @@ class DirectResult:
 
 
 def solve_batch(batch: ProblemBatch) -> DirectResult:
-    """Solve problem (38) for every trial of a batch, by beams of rank one.
+    """Solve problem (38) for every trial of a batch, by beams of one column a polarisation.
 
     Parameters
     ----------
@@ -110,11 +111,11 @@ class Task:
     trials
         What is to be solved.
     warm
-        ``(T, K, N)`` beams to start from, NaN where there are none.
+        ``(T, K, n)`` beams to start from, NaN where there are none.
     power
         P_T.
     most_steps
-        ``(T,)``: steps that `MOST_WORK` pays for.
+        Steps of a trial that `MOST_WORK` pays for.
     """
 
     which: IntArray
@@ -122,84 +123,76 @@ class Task:
     trials: CompiledTrials
     warm: ComplexArray | None
     power: float
-    most_steps: Array
+    most_steps: float
 
 
 def _tasks(batch: ProblemBatch) -> Iterator[Task]:
-    """Give trials with equally many objects."""
+    """Give trials with equally many objects and nodes."""
     counts = np.sum(batch.active, axis=1)
+    points = cover_size(batch.array, batch.coverage_halfwidths[batch.active], batch.resolution)
     for count in sorted(set(counts.tolist()) - {0}):
         alike = np.flatnonzero(counts == count)
-        step = max(1, CHUNK // count)
+        step = max(1, int(min(CHUNK, MOST_POINTS / points) / count))
         for begin in range(0, alike.size, step):
             which = alike[begin : begin + step]
             objects = np.nonzero(batch.active[which])[1].reshape(-1, count)
-            yield _task(batch, which, objects)
+            place = which[:, np.newaxis], objects
+            covers = batch.coverage_halfwidths[place]
+            parts = layouts(batch.array, batch.angles[place], covers, batch.resolution)
+            for part, layout in parts:
+                yield _task(batch, which[part], objects[part], layout)
 
 
-def _task(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Task:
+def _task(batch: ProblemBatch, which: IntArray, objects: IntArray, layout: Layout) -> Task:
     from echobeam.beamforming.direct.trials import CompiledTrials
 
-    phases, mask = _phases(batch, which, objects)
+    place, elements = (which[:, np.newaxis], objects), batch.array.elements
     trials = CompiledTrials(
-        phases=phases,
-        reach=np.sum(mask, axis=-1) // 2,
-        ripple=batch.ripple[objects] / batch.n_tx,
-        loss=_loss(batch, which, objects),
-        threshold=_threshold(batch, objects),
-        n_tx=batch.n_tx,
+        layout=layout,
+        ripple=batch.ripple[objects] / elements,
+        loss=batch.loss[place] / (elements * batch.power),
+        threshold=np.expm1(batch.min_rate[objects] * np.log(2.0)),
+        array=batch.array,
     )
-    width = np.max(phases, axis=-1) - np.min(phases, axis=-1)
-    lobes = np.ceil(np.max(width, axis=1) * batch.n_tx / (2.0 * np.pi))
-    each, place = np.unique(lobes, return_inverse=True)
-    work = np.array([step_work(objects.shape[1], batch.n_tx, one) for one in each.tolist()])
-    most_steps = MOST_WORK / work[place]
-    return Task(which, objects, trials, _warm(batch, which, objects), batch.power, most_steps)
+    warm = None if batch.warm_start is None else batch.warm_start[place]
+    most_steps = MOST_WORK / layout.step_work(elements, batch.array.polarisations)
+    return Task(which, objects, trials, warm, batch.power, most_steps)
 
 
-def _phases(batch: ProblemBatch, which: IntArray, objects: IntArray) -> tuple[Array, BoolArray]:
-    place = which[:, np.newaxis], objects
-    angles, halfwidths = batch.angles[place], batch.coverage_halfwidths[place]
-    grid, mask = coverage_grid(angles, halfwidths, batch.resolution)
-    return batch.array.phase(grid), mask
+def chirps(array: AntennaArray) -> list[Array]:
+    """Return the rates ``(r, d)`` of the chirps of all starts, one for each column and axis.
 
-
-def _loss(batch: ProblemBatch, which: IntArray, objects: IntArray) -> Array:
-    loss: Array = batch.loss[which[:, np.newaxis], objects] / (batch.n_tx * batch.power)
-    return loss
-
-
-def _threshold(batch: ProblemBatch, objects: IntArray) -> Array:
-    threshold: Array = np.expm1(batch.min_rate[objects] * np.log(2.0))
-    return threshold
-
-
-def _warm(batch: ProblemBatch, which: IntArray, objects: IntArray) -> ComplexArray | None:
-    if batch.warm_start is None:
-        return None
-    return batch.warm_start[which[:, np.newaxis], objects]
+    With two axes a chirp may bend the same way along both or not; columns bend in different ways.
+    """
+    if array.axes == 1:
+        return [np.full((1, 1), rate) for rate in RATES]
+    found = []
+    for rate in RATES:
+        for sign in (1.0, -1.0):
+            first = [rate, sign * rate]
+            found.append(np.array([first, [rate, -sign * rate]][: array.polarisations]))
+    return found
 
 
 def _solve(task: Task, result: DirectResult) -> None:
     """Solve trials from one start after the other and write what was found."""
     which, trials = task.which, task.trials
-    warm = None if task.warm is None else task.warm.reshape(-1, task.warm.shape[-1])
-    found = trials.climb(CHIRPS[0], warm)
+    starts = chirps(trials.array)
+    found = trials.climb(starts[0], task.warm)
     steps = found.iterations.copy()
     given: BoolArray = np.zeros(which.size, dtype=bool)
     if task.warm is not None:
         given = np.asarray(np.isfinite(task.warm).any(axis=(1, 2)))
-    for number, chirp in enumerate(CHIRPS):
-        again = np.flatnonzero(
-            ~found.converged & (given | (number > 0))
-        )  # cold began with the first
+    for number, chirp in enumerate(starts):
+        wanting = ~(found.proved if trials.may_stay_unproved else found.converged)
+        again = np.flatnonzero(wanting & (given | (number > 0)))  # cold began with the first
         if not again.size:
             continue
         other = trials.taken(again).climb(chirp)
         steps[again] += other.iterations
         found.put(again, other)
     left: Array = np.asarray(task.most_steps - steps)
-    settle(trials, found, CHIRPS[0], PROBED, left)
+    settle(trials, found, starts[0], PROBED, left)
     result.beams[which[:, np.newaxis], task.objects] = found.beams * np.sqrt(task.power)
     result.objective[which] = found.objective
     result.converged[which] = found.converged

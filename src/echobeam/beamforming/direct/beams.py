@@ -1,4 +1,4 @@
-"""Data of one trial's beams: bases, imposed points, reduced steering vectors.
+"""Data of one beam: its basis, and steering vectors reduced to it.
 
 A beam matters on the span of the objects' steering vectors, of those on the nodes of its own cover,
 and of one spare direction, in which it can have power without being received on the cover.
@@ -8,46 +8,37 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.direct import sizes
 from echobeam.beamforming.direct.compiling import compiled
 from echobeam.beamforming.direct.linear import orthonormal
 from echobeam.beamforming.direct.steering import fill_steering
-from echobeam.values import Array, IntArray
-
-cover_nodes = compiled(sizes.node_count)
-"""`sizes.node_count`, compiled."""
-
-point_counts = compiled(sizes.point_counts)
-"""`sizes.point_counts`, compiled."""
+from echobeam.values import Array
 
 
 @compiled
-def node_count(low: Array, high: Array, n_tx: int) -> int:
-    """Return how many nodes stand for the widest of a trial's covers."""
-    lobes = 0.0
-    for beam in range(low.size):
-        lobes = max(lobes, (high[beam] - low[beam]) * n_tx / (2.0 * np.pi))
-    return cover_nodes(lobes)
+def beam_basis(beam: int, own: Array, nodes: Array, columns: int, n_tx: int) -> Array:
+    """Return the orthonormal basis ``(r, N)`` of one beam.
 
-
-@compiled
-def beam_basis(beam: int, own: Array, low: float, high: float, nodes: int, n_tx: int) -> Array:
-    """Return the orthonormal basis ``(r, N)`` of one beam."""
-    n_objects = own.size
-    vectors = np.empty((n_objects + nodes + 1, n_tx))
-    fill_steering(own[beam], vectors[0])
+    Parameters
+    ----------
+    beam
+        Index of the beam.
+    own
+        ``(K, d)`` rad: phases of the objects.
+    nodes
+        ``(J, d)`` rad: phases of the cover's nodes, and of a direction far off.
+    columns, n_tx
+        Elements in a row, and N.
+    """
+    n_objects, n_nodes = own.shape[0], nodes.shape[0]
+    vectors = np.empty((n_objects + n_nodes, n_tx))
+    fill_steering(own[beam], columns, vectors[0])
     count = 1
     for other in range(n_objects):
         if other != beam:
-            fill_steering(own[other], vectors[count])
+            fill_steering(own[other], columns, vectors[count])
             count += 1
-    first = 0.5 - 0.5 * np.cos(0.5 * np.pi / nodes)
-    last = 0.5 - 0.5 * np.cos(np.pi * (nodes - 0.5) / nodes)
-    for node in range(nodes):
-        site = 0.5 - 0.5 * np.cos(np.pi * (node + 0.5) / nodes)
-        site = (site - first) / (last - first)
-        fill_steering(low + (high - low) * site, vectors[count + node])
-    fill_steering(0.5 * (low + high) + np.pi, vectors[count + nodes])
+    for node in range(n_nodes):
+        fill_steering(nodes[node], columns, vectors[count + node])
     basis = orthonormal(vectors)
     if vectors[0, 0] < 0.0:
         for antenna in range(n_tx):
@@ -56,24 +47,11 @@ def beam_basis(beam: int, own: Array, low: float, high: float, nodes: int, n_tx:
 
 
 @compiled
-def first_points(reach: int, centre: int, count: int, points: IntArray) -> None:
-    """Fill ``(m,)`` with the grid points imposed first."""
-    for place in range(points.size):
-        points[place] = centre
-    before = 0
-    for place in range(count):
-        chosen = int(np.rint(reach * (-1.0 + 2.0 * place / (count - 1))))
-        if place == 0 or chosen != before:
-            points[place] = centre + chosen
-        before = chosen
-
-
-@compiled
-def reduce(basis: Array, phase: float, rows: Array, row: int) -> float:
+def reduce(basis: Array, phase: Array, columns: int, rows: Array, row: int) -> float:
     """Fill one row of ``(r - 1, R)`` with a reduced steering vector; return its offset."""
     size, n_tx = basis.shape
     vector = np.empty(n_tx)
-    fill_steering(phase, vector)
+    fill_steering(phase, columns, vector)
     offset = 0.0
     for direction in range(size):
         line = basis[direction]

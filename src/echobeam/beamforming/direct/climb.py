@@ -75,13 +75,13 @@ def _prices(level: Array, beam: int, weight: Array) -> None:
 
 
 @inlined
-def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int, held: int) -> int:
+def descend(covers: Covers, shapes: Shapes, powers: Powers, most: int, held: int) -> int:
     """Step until the trial is settled; return the steps taken, beyond ``most`` if it is not."""
-    n_objects, size = covers.phases.shape
-    wide = shapes.spare > WIDE_NODES
+    n_objects, size = covers.grid.shape[0], covers.grid.shape[2]
+    wide = covers.spare > WIDE_NODES
     power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
     weight, excess = np.empty(n_objects - 1), np.empty((n_objects, size))
-    weights = np.empty(n_tx, dtype=np.complex128)
+    weights = np.empty(shapes.response.shape[1] // 2 * covers.n_tx, dtype=np.complex128)
     looked = np.empty(n_objects, dtype=np.bool_)
     value = 0.0
     for count in range(1, most + 1):
@@ -108,9 +108,10 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, n_tx: int, most: int
             return count
         for beam in range(n_objects):
             if looked[beam]:
-                reach = covers.reach[beam]
-                missed, first = excess[beam, : 2 * reach + 1], size // 2 - reach
-                impose(shape_of(shapes, beam), missed, first, shapes.spare, covers.phases[beam])
+                missed = excess[beam, : covers.count[beam]]
+                near = covers.near[min(beam, covers.near.shape[0] - 1)]
+                shape = shape_of(shapes, beam)
+                impose(shape, missed, covers.spare, covers.grid[beam], near, covers.columns)
     return most + 1
 
 
@@ -162,15 +163,14 @@ def _is_ready(shapes: Shapes, powers: Powers, power: Array) -> bool:
 def harvest(
     covers: Covers, shapes: Shapes, powers: Powers, beams: ComplexArray
 ) -> tuple[float, bool]:
-    """Fill beams ``(K, N)`` that keep the grid and the power; return their rate, if they are any.
+    """Fill beams ``(K, r N)`` that keep the grid and the power; return their rate, if they are any.
 
     Returns
     -------
     objective, good
         bit/s/Hz, and whether powers exist that reach the SINRs.
     """
-    n_objects, size = covers.phases.shape
-    n_tx = beams.shape[1]
+    n_objects, size, n_tx = covers.grid.shape[0], covers.grid.shape[2], covers.n_tx
     power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
     excess = np.empty(size)
     listen(shapes, power, leak)

@@ -30,7 +30,7 @@ OPTIONS: dict[str, Any] = {
 }
 
 
-NOT_COMPILED = ("__init__.py", "batch.py", "found.py", "subsets.py")
+NOT_COMPILED = ("__init__.py", "batch.py", "found.py", "layout.py", "subsets.py")
 """Sources of the direct solver that compiled code takes nothing from."""
 
 

@@ -13,13 +13,15 @@ from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 class Found:
     """Results of T trials: beams for unit power, and the rest as in `DirectResult`.
 
-    ``disturbance`` is the share of the sum rate that the beams' consideration for each other
-    costs, roughly: ``(T,)``.
+    ``proved``, ``(T,)``: the multipliers prove every shape the best for its prices, among beams of
+    any rank. ``disturbance``, ``(T,)``: the share of the sum rate that the beams' consideration for
+    each other costs, roughly.
     """
 
     beams: ComplexArray
     objective: Array
     converged: BoolArray
+    proved: BoolArray
     factor: Array
     iterations: IntArray
     disturbance: Array

@@ -17,6 +17,9 @@ BARRIER, RIPPLE, TARGET, SHIFT, RESIDUAL, SCALARS = 0, 1, 2, 3, 4, 5
 class Shape(NamedTuple):
     """Shape of one beam, with the points imposed on it and its basis.
 
+    A beam of r columns has 2 r real parts: the real and the imaginary ones of its first column,
+    then those of the second. Only the first column is received by the own object.
+
     Attributes
     ----------
     basis
@@ -24,9 +27,9 @@ class Shape(NamedTuple):
     points
         ``(m,)``: grid points imposed.
     rows, offset, response
-        ``(n, R)``, ``(R,)``, ``(2, R)``.
+        ``(n, R)``, ``(R,)``, ``(2 r, R)``.
     z
-        ``(2 n,)``: real parts, then imaginary ones.
+        ``(2 r n,)``, part after part.
     low, high
         ``(m,)``: multipliers.
     scalars
@@ -55,9 +58,9 @@ def power_of(z: Array) -> float:
 
 @compiled
 def respond(rows: Array, z: Array, response: Array) -> None:
-    """Fill ``(2, R)`` with a^T z."""
+    """Fill ``(2 r, R)`` with a^T z."""
     size, count = rows.shape
-    for part in range(2):
+    for part in range(response.shape[0]):
         heard = response[part]
         fill(heard, 0.0)
         for place in range(size):
@@ -68,7 +71,7 @@ def respond(rows: Array, z: Array, response: Array) -> None:
 
 @compiled
 def respond_from(rows: Array, offset: Array, z: Array, response: Array) -> None:
-    """Fill ``(2, R)`` with the responses a_0 + a^T z."""
+    """Fill ``(2 r, R)`` with the responses a_0 + a^T z."""
     respond(rows, z, response)
     for row in range(offset.size):
         response[0, row] += offset[row]
@@ -78,9 +81,23 @@ def respond_from(rows: Array, offset: Array, z: Array, response: Array) -> None:
 def slacks(response: Array, allowed: float, below: Array, above: Array) -> float:
     """Fill what is left of (38f) below and above, ``(m,)`` each; return the least."""
     least = np.inf
+    fill(above, -1.0)
+    for part in range(response.shape[0]):
+        heard = response[part]
+        for row in range(above.size):
+            above[row] += heard[row] ** 2
     for row in range(below.size):
-        excess = response[0, row] ** 2 + response[1, row] ** 2 - 1.0
+        excess = above[row]
         below[row] = allowed + excess
         above[row] = allowed - excess
         least = min(least, below[row], above[row])
     return least
+
+
+@compiled
+def received(response: Array, row: int) -> float:
+    """Return |f|^2 of one row, the sum over all parts."""
+    total = 0.0
+    for part in range(response.shape[0]):
+        total += response[part, row] ** 2
+    return total

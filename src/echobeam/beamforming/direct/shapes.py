@@ -7,16 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from echobeam.beamforming.direct.arrays import copy_into
-from echobeam.beamforming.direct.beams import (
-    beam_basis,
-    first_points,
-    node_count,
-    point_counts,
-    reduce,
-)
+from echobeam.beamforming.direct.beams import beam_basis, reduce
 from echobeam.beamforming.direct.compiling import compiled, inlined
 from echobeam.beamforming.direct.grid import relative_excess
-from echobeam.beamforming.direct.shape import SCALARS, TARGET, Shape, power_of
+from echobeam.beamforming.direct.shape import SCALARS, TARGET, Shape, power_of, received
 from echobeam.beamforming.direct.start import keep_warm, make_feasible, start_shape
 from echobeam.beamforming.direct.steering import lift
 from echobeam.values import Array, ComplexArray, IntArray
@@ -26,21 +20,39 @@ LEAST_TARGET = 1e-12
 
 
 class Covers(NamedTuple):
-    """What a trial's K beams have to cover.
+    """Objects and covers of one trial's K beams; see `layout.Layout`.
 
     Attributes
     ----------
-    phases
-        ``(K, G)`` rad: the full grid of (38f), centred; what is beyond ``reach`` is not looked at.
-    reach
-        ``(K,)``: grid steps of each beam's own cover on either side.
+    own, nodes
+        ``(K, d)`` and ``(K, J, d)`` rad.
+    grid
+        ``(K, d, G)`` rad: the full grid of (38f); only the first ``count`` points are a beam's own.
+    count
+        ``(K,)``.
+    near
+        ``(K or 1, G, n)``.
+    first, bow
+        ``(K, m)`` and ``(K, d, m)`` rad.
+    spare
+        Number of points that may be replaced.
     ripple
         ``(K,)``: B_k / N.
+    n_tx, columns
+        Number of elements, and of those in a row.
     """
 
-    phases: Array
-    reach: IntArray
+    own: Array
+    nodes: Array
+    grid: Array
+    count: IntArray
+    near: IntArray
+    first: IntArray
+    bow: Array
+    spare: int
     ripple: Array
+    n_tx: int
+    columns: int
 
 
 class Shapes(NamedTuple):
@@ -51,19 +63,17 @@ class Shapes(NamedTuple):
     basis
         ``(K, r, N)``.
     turns
-        ``(K, 2, G)``: cosines and sines of the phases.
+        ``(K, d, 2, G)``: cosines and sines of the phases.
     points
         ``(K, m)``: grid points imposed.
     rows, offset, response
-        ``(K, n, R)``, ``(K, R)``, ``(K, 2, R)``.
+        ``(K, n, R)``, ``(K, R)``, ``(K, 2 r, R)``, see `Shape`.
     z
-        ``(K, 2 n)``: real parts, then imaginary ones.
+        ``(K, 2 r n)``.
     low, high
         ``(K, m)``: multipliers.
     scalars
         ``(K, SCALARS)``.
-    spare
-        Number of points that may be replaced.
     """
 
     basis: Array
@@ -76,7 +86,6 @@ class Shapes(NamedTuple):
     low: Array
     high: Array
     scalars: Array
-    spare: int
 
 
 @compiled
@@ -96,40 +105,34 @@ def shape_of(shapes: Shapes, beam: int) -> Shape:
 
 
 @inlined
-def set_out(covers: Covers, n_tx: int, chirp: float, warm: ComplexArray) -> Shapes:
+def set_out(covers: Covers, chirp: Array, warm: ComplexArray) -> Shapes:
     """Return where a trial's shapes start.
 
     Parameters
     ----------
     covers
         Of the trial.
-    n_tx, chirp
-        Number of antennas, and rate of the chirp of the start.
+    chirp
+        ``(r, d)``: rates of the chirps of each column's start.
     warm
-        ``(K, N)`` beams to start from, NaN where there are none, or ``(0, 0)``.
+        ``(K, r N)`` beams to start from, NaN where there are none, or ``(0, 0)``.
     """
-    low, high = _ends(covers)
-    nodes = node_count(low, high, n_tx)
-    count, spare = point_counts(nodes)
-    shapes = _room(covers, n_tx, nodes, count, spare)
-    n_objects, size = covers.phases.shape
-    own, imposed = np.empty(n_objects), np.empty(count + spare)
-    for beam in range(n_objects):
-        own[beam] = covers.phases[beam, size // 2]
+    shapes = _room(covers, chirp.shape[0])
+    n_objects, axes, size = covers.grid.shape
     for beam in range(n_objects):
         shape = shape_of(shapes, beam)
-        basis = beam_basis(beam, own, low[beam], high[beam], nodes, n_tx)
+        basis = beam_basis(beam, covers.own, covers.nodes[beam], covers.columns, covers.n_tx)
         for direction in range(basis.shape[0]):
             copy_into(shape.basis[direction], basis[direction])
-        for point in range(size):
-            shapes.turns[beam, 0, point] = np.cos(covers.phases[beam, point])
-            shapes.turns[beam, 1, point] = np.sin(covers.phases[beam, point])
-        first_points(covers.reach[beam], size // 2, count, shape.points)
-        for place in range(imposed.size):
-            imposed[place] = covers.phases[beam, shape.points[place]]
-        _fill_rows(shape, imposed, own, beam)
+        for axis in range(axes):
+            for point in range(size):
+                shapes.turns[beam, axis, 0, point] = np.cos(covers.grid[beam, axis, point])
+                shapes.turns[beam, axis, 1, point] = np.sin(covers.grid[beam, axis, point])
+        for place in range(shape.points.size):
+            shape.points[place] = covers.first[beam, place]
+        _fill_rows(shape, covers, beam)
         shape.scalars[TARGET] = max(covers.ripple[beam], LEAST_TARGET)
-        start_shape(shape, imposed, (own[beam], low[beam], high[beam]), chirp)
+        start_shape(shape, covers.bow[beam], chirp)
         if warm.size:
             keep_warm(shape, warm[beam])
         make_feasible(shape)
@@ -137,50 +140,38 @@ def set_out(covers: Covers, n_tx: int, chirp: float, warm: ComplexArray) -> Shap
 
 
 @compiled
-def _ends(covers: Covers) -> tuple[Array, Array]:
-    """Return the least and the largest phase of every cover, ``(K,)`` each."""
-    n_objects, size = covers.phases.shape
-    centre = size // 2
-    low, high = np.empty(n_objects), np.empty(n_objects)
-    for beam in range(n_objects):
-        low[beam] = high[beam] = covers.phases[beam, centre]
-        for point in range(centre - covers.reach[beam], centre + covers.reach[beam] + 1):
-            low[beam] = min(low[beam], covers.phases[beam, point])
-            high[beam] = max(high[beam], covers.phases[beam, point])
-    return low, high
-
-
-@compiled
-def _room(covers: Covers, n_tx: int, nodes: int, count: int, spare: int) -> Shapes:
-    """Return shapes that are yet to be filled."""
-    n_objects, size = covers.phases.shape
-    m, n = count + spare, min(n_tx, n_objects + nodes + 1) - 1
+def _room(covers: Covers, columns: int) -> Shapes:
+    """Return shapes of so many columns that are yet to be filled."""
+    n_objects, axes, size = covers.grid.shape
+    m, n = covers.first.shape[1], min(covers.n_tx, n_objects + covers.nodes.shape[1]) - 1
     heard = m + n_objects - 1
     return Shapes(
-        basis=np.empty((n_objects, n + 1, n_tx)),
-        turns=np.empty((n_objects, 2, size)),
+        basis=np.empty((n_objects, n + 1, covers.n_tx)),
+        turns=np.empty((n_objects, axes, 2, size)),
         points=np.empty((n_objects, m), dtype=np.int64),
         rows=np.empty((n_objects, n, heard)),
         offset=np.empty((n_objects, heard)),
-        response=np.empty((n_objects, 2, heard)),
-        z=np.empty((n_objects, 2 * n)),
+        response=np.empty((n_objects, 2 * columns, heard)),
+        z=np.empty((n_objects, 2 * columns * n)),
         low=np.empty((n_objects, m)),
         high=np.empty((n_objects, m)),
         scalars=np.empty((n_objects, SCALARS)),
-        spare=spare,
     )
 
 
 @compiled
-def _fill_rows(shape: Shape, imposed: Array, own: Array, beam: int) -> None:
+def _fill_rows(shape: Shape, covers: Covers, beam: int) -> None:
     """Fill a beam's rows: the points imposed on it, then the other objects."""
-    place = 0
-    for phase in imposed:
-        shape.offset[place] = reduce(shape.basis, phase, shape.rows, place)
-        place += 1
-    for other in range(own.size):
+    basis, rows, columns = shape.basis, shape.rows, covers.columns
+    m, phase = shape.points.size, np.empty(covers.own.shape[1])
+    for place in range(m):
+        for axis in range(phase.size):
+            phase[axis] = covers.grid[beam, axis, shape.points[place]]
+        shape.offset[place] = reduce(basis, phase, columns, rows, place)
+    place = m
+    for other in range(covers.own.shape[0]):
         if other != beam:
-            shape.offset[place] = reduce(shape.basis, own[other], shape.rows, place)
+            shape.offset[place] = reduce(basis, covers.own[other], columns, rows, place)
             place += 1
 
 
@@ -194,8 +185,7 @@ def listen(shapes: Shapes, power: Array, leak: Array) -> None:
         row = m
         for other in range(n_objects):
             if other != beam:
-                response = shapes.response[beam]
-                leak[beam, other] = response[0, row] ** 2 + response[1, row] ** 2
+                leak[beam, other] = received(shapes.response[beam], row)
                 row += 1
 
 
@@ -204,8 +194,8 @@ def excess_of(
     covers: Covers, shapes: Shapes, beam: int, weights: ComplexArray, excess: Array
 ) -> float:
     """Fill what a beam misses of its own grid, relative; return the largest."""
-    centre, reach = covers.phases.shape[1] // 2, covers.reach[beam]
-    turns = shapes.turns[beam, :, centre - reach : centre + reach + 1]
+    count, n_tx = covers.count[beam], covers.n_tx
     lift(shapes.basis[beam], shapes.z[beam], weights)
     allowed = shapes.scalars[beam, TARGET] * power_of(shapes.z[beam])
-    return relative_excess(turns, weights, allowed, excess[: 2 * reach + 1])
+    turns = shapes.turns[beam]
+    return relative_excess(turns, covers.columns, weights, n_tx, allowed, excess[:count])

@@ -19,6 +19,7 @@ from echobeam.beamforming.direct.shape import (
     TARGET,
     Shape,
     power_of,
+    received,
     respond_from,
     slacks,
 )
@@ -27,8 +28,9 @@ from echobeam.values import Array, ComplexArray
 
 RIDGE = 1e-3
 
-LEAST_WIDTH = 0.5
-"""Width in Nyquist lobes below which the chirp gets no slower."""
+SECOND = 0.1
+"""Amplitude of the second column of a start, relative to the first: without one it would stay
+zero, as a saddle."""
 
 SAFE = 0.05
 """Part of the allowed ripple that a start should leave free."""
@@ -46,54 +48,55 @@ WORSE = 1.3
 
 
 @compiled
-def start_shape(
-    shape: Shape, imposed: Array, cover: tuple[float, float, float], chirp: float
-) -> None:
+def start_shape(shape: Shape, bow: Array, chirp: Array) -> None:
     """Set a beam's coordinates and scalars to the start.
 
     Parameters
     ----------
     shape
         With rows, offset and target.
-    imposed
-        ``(m,)`` rad: phases of the points imposed.
-    cover
-        rad: phase of the own object, least and largest phase of the cover.
+    bow
+        ``(d, m)`` rad: phases of a chirp of rate one along each axis, at the points imposed.
     chirp
-        Rate of the chirp.
+        ``(r, d)``: rates of each column's chirp.
     """
     scalars = shape.scalars
     scalars[BARRIER], scalars[SHIFT], scalars[RESIDUAL] = FIRST_BARRIER, 0.0, np.inf
     scalars[RIPPLE] = scalars[TARGET]
     excess = 0.0
-    for row in range(imposed.size):
+    for row in range(bow.shape[1]):
         excess = max(excess, abs(shape.offset[row] ** 2 - 1.0))
+    fill(shape.z, 0.0)
     if excess <= (1.0 - MATCHED_SLACK) * scalars[TARGET]:
-        fill(shape.z, 0.0)
         scalars[BARRIER] = MATCHED_BARRIER
     else:
-        _chirped(shape, imposed, cover, chirp)
+        for column in range(chirp.shape[0]):
+            _chirped(shape, bow, chirp[column], column)
 
 
 @compiled
-def _chirped(shape: Shape, imposed: Array, cover: tuple[float, float, float], chirp: float) -> None:
-    rows, offset, z, n_tx = shape.rows, shape.offset, shape.z, shape.basis.shape[1]
-    own, low, high = cover
-    size, m = rows.shape[0], imposed.size
-    middle = 0.5 * (low + high)
-    width = max(high - low, LEAST_WIDTH * 2.0 * np.pi / n_tx)
-    bow = 0.5 * chirp * n_tx / width
+def _chirped(shape: Shape, bow: Array, chirp: Array, column: int) -> None:
+    """Set one column to the least squares fit of a chirp; a second one of two is far weaker."""
+    rows, offset, z = shape.rows, shape.offset, shape.z
+    size, m = rows.shape[0], bow.shape[1]
     real, imaginary = np.empty(m), np.empty(m)
     for row in range(m):
-        angle = bow * ((imposed[row] - middle) ** 2 - (own - middle) ** 2)
-        real[row], imaginary[row] = np.cos(angle) - offset[row], np.sin(angle)
+        angle = 0.0
+        for axis in range(chirp.size):
+            angle += chirp[axis] * bow[axis, row]
+        if column == 0:
+            real[row], imaginary[row] = np.cos(angle) - offset[row], np.sin(angle)
+        else:
+            real[row] = SECOND * (np.cos(angle) - offset[row])
+            imaginary[row] = SECOND * np.sin(angle)
     normal = scaled_identity(size, RIDGE)
+    begin = 2 * column * size
     for first in range(size):
         line, along, across = rows[first], 0.0, 0.0
         for row in range(m):
             along += line[row] * real[row]
             across += line[row] * imaginary[row]
-        z[first], z[size + first] = along, across
+        z[begin + first], z[begin + size + first] = along, across
         for second in range(first + 1):
             total = 0.0
             for row in range(m):
@@ -101,33 +104,42 @@ def _chirped(shape: Shape, imposed: Array, cover: tuple[float, float, float], ch
             normal[first, second] += total
     inverse = np.empty(size)
     factor(normal, inverse)
-    solve(normal, inverse, z[:size])
-    solve(normal, inverse, z[size:])
+    solve(normal, inverse, z[begin : begin + size])
+    solve(normal, inverse, z[begin + size : begin + 2 * size])
 
 
 @compiled
 def keep_warm(shape: Shape, warm: ComplexArray) -> None:
-    """Start from a beam given, where it is not much worse than what there is."""
-    basis = shape.basis
-    size, n_tx = basis.shape[0] - 1, basis.shape[1]
-    coordinates = np.empty(n_tx, dtype=np.complex128)
-    from_antennas(warm, coordinates)
-    own = 0.0j
-    for antenna in range(n_tx):
-        own += basis[0, antenna] * coordinates[antenna]
-    given = np.empty(2 * size)
-    total = abs(own) ** 2
-    for place in range(size):
-        value = 0.0j
+    """Start from a beam given, ``(r N,)``, where it is not much worse than what there is.
+
+    Two columns are turned into each other until the own object receives the first alone: neither
+    power nor any pattern changes.
+    """
+    basis, parts = shape.basis, shape.response.shape[0]
+    size, n_tx, columns = basis.shape[0] - 1, basis.shape[1], parts // 2
+    coordinates = np.empty((columns, n_tx), dtype=np.complex128)
+    own = np.zeros(2, dtype=np.complex128)
+    for column in range(columns):
+        from_antennas(warm[column * n_tx : (column + 1) * n_tx], coordinates[column])
         for antenna in range(n_tx):
-            value += basis[1 + place, antenna] * coordinates[antenna]
-        given[place], given[size + place] = value.real, value.imag
-        total += abs(value) ** 2
-    if not (total < np.inf and abs(own) > 1e-3 * np.sqrt(total)):
-        return
+            own[column] += basis[0, antenna] * coordinates[column, antenna]
+    gain = own[0].real ** 2 + own[0].imag ** 2 + own[1].real ** 2 + own[1].imag ** 2
+    given = np.empty(parts * size)
+    total = gain
     for place in range(size):
-        value = complex(given[place], given[size + place]) / own
-        given[place], given[size + place] = value.real, value.imag
+        value = np.zeros(2, dtype=np.complex128)
+        for column in range(columns):
+            for antenna in range(n_tx):
+                value[column] += basis[1 + place, antenna] * coordinates[column, antenna]
+        first = (own[0].conjugate() * value[0] + own[1].conjugate() * value[1]) / gain
+        given[place], given[size + place] = first.real, first.imag
+        if columns > 1:
+            second = (own[0] * value[1] - own[1] * value[0]) / gain
+            given[2 * size + place], given[3 * size + place] = second.real, second.imag
+        for column in range(columns):
+            total += value[column].real ** 2 + value[column].imag ** 2
+    if not (total < np.inf and np.sqrt(gain) > 1e-3 * np.sqrt(total)):
+        return
     if _cost(shape, given) < WORSE * _cost(shape, shape.z):
         copy_into(shape.z, given)
         shape.scalars[BARRIER] = min(shape.scalars[BARRIER], WARM_BARRIER)
@@ -136,11 +148,11 @@ def keep_warm(shape: Shape, warm: ComplexArray) -> None:
 @compiled
 def _cost(shape: Shape, z: Array) -> float:
     """Return the power of coordinates, with a penalty for ripple beyond what is allowed."""
-    response = np.empty((2, shape.offset.size))
+    response = np.empty(shape.response.shape)
     respond_from(shape.rows, shape.offset, z, response)
     excess = 0.0
     for row in range(shape.low.size):
-        excess = max(excess, abs(response[0, row] ** 2 + response[1, row] ** 2 - 1.0))
+        excess = max(excess, abs(received(response, row) - 1.0))
     power = power_of(z)
     beyond: float = max(excess / shape.scalars[TARGET] - power, 0.0)
     return power + 10.0 * beyond
@@ -154,8 +166,7 @@ def make_feasible(shape: Shape) -> None:
     power = power_of(shape.z)
     excess = 0.0
     for row in range(low.size):
-        size = response[0, row] ** 2 + response[1, row] ** 2
-        excess = max(excess, abs(size - 1.0))
+        excess = max(excess, abs(received(response, row) - 1.0))
     target = scalars[TARGET]
     scalars[RIPPLE] = max(target, excess / power + SAFE * target)
     slacks(response, scalars[RIPPLE] * power, low, high)

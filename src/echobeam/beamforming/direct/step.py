@@ -6,7 +6,8 @@ matched direction. What remains is to spend the least on power and on interferen
     minimise   P + sum_i weight_i |f_i|^2,   P = 1 + |z|^2,
     subject to |1 - |f_j|^2| <= ripple P     on the cover, Eq. (38f),
 
-where every response f = a_0 + a^T z has real data a and complex z. The iterates satisfy all
+where every response f = a_0 + a^T z has real data a and complex z. With a beam of two columns f and
+z have a second component, without the a_0, and |f|^2 is the sum over both. The iterates satisfy all
 constraints strictly (no merit function is needed beyond the barrier itself); steps follow the
 curved boundary by a second-order correction, since straight ones must be short there.
 
@@ -29,6 +30,7 @@ from echobeam.beamforming.direct.shape import (
     TARGET,
     Shape,
     power_of,
+    received,
     respond,
     slacks,
 )
@@ -62,9 +64,9 @@ TRUSTED_DUAL = 1e4
 @compiled
 def _pull(rows: Array, response: Array, slope: Array, spread: float, z: Array) -> Array:
     size, count = rows.shape
-    pull = np.empty(2 * size)
+    pull = np.empty(z.size)
     force = np.empty(count)
-    for part in range(2):
+    for part in range(response.shape[0]):
         for row in range(count):
             force[row] = slope[row] * response[part, row]
         for place in range(size):
@@ -123,33 +125,38 @@ def _matrix(
     stiff_low: Array,
     stiff_high: Array,
 ) -> Array:
-    """Return the condensed Newton matrix ``(2 n, 2 n)``; the lower triangle counts."""
-    size, count = rows.shape
+    """Return the condensed Newton matrix ``(2 r n, 2 r n)``; the lower triangle counts."""
+    size, parts = rows.shape[0], response.shape[0]
     m = stiff_low.size
-    weights = np.empty((3, count))
-    force = np.empty((2, m))
+    matrix = np.empty((z.size, z.size))
+    stiff, lean = np.empty(m), np.empty(m)
     total = 0.0
-    for row in range(count):
-        weights[0, row], weights[1, row], weights[2, row] = 2.0 * bend[row], 0.0, 2.0 * bend[row]
     for row in range(m):
-        u, v = response[0, row], response[1, row]
-        stiff = 4.0 * (stiff_low[row] + stiff_high[row])
+        stiff[row] = 4.0 * (stiff_low[row] + stiff_high[row])
+        lean[row] = stiff_low[row] - stiff_high[row]
         total += stiff_low[row] + stiff_high[row]
-        weights[0, row] += stiff * u * u
-        weights[1, row] = stiff * u * v
-        weights[2, row] += stiff * v * v
-        force[0, row] = (stiff_low[row] - stiff_high[row]) * u
-        force[1, row] = (stiff_low[row] - stiff_high[row]) * v
-    matrix = _blocks(rows, weights)
-    side = np.empty(2 * size)
-    for part in range(2):
+    weights = np.empty(bend.size)
+    for part in range(parts):
+        for row in range(bend.size):
+            weights[row] = 2.0 * bend[row]
+        for row in range(m):
+            weights[row] += stiff[row] * response[part, row] ** 2
+        _diagonal_block(rows, weights, matrix, part * size)
+        for other in range(part):
+            for row in range(m):
+                weights[row] = stiff[row] * response[part, row] * response[other, row]
+            _mixed_block(rows, weights[:m], matrix, part * size, other * size)
+    side = np.empty(z.size)
+    for part in range(parts):
+        for row in range(m):
+            weights[row] = lean[row] * response[part, row]
         for place in range(size):
             line, value = rows[place], 0.0
             for row in range(m):
-                value += force[part, row] * line[row]
+                value += weights[row] * line[row]
             where = part * size + place
             side[where] = 4.0 * ripple * (value + 0.5 * ripple * total * z[where])
-    for first in range(2 * size):
+    for first in range(z.size):
         matrix[first, first] += 2.0 * spread
         for second in range(first + 1):
             matrix[first, second] += z[first] * side[second] + side[first] * z[second]
@@ -157,31 +164,36 @@ def _matrix(
 
 
 @compiled
-def _blocks(rows: Array, weights: Array) -> Array:
-    """Return sum_r weights_r a_r a_r^T for three weights, in the blocks of ``(2 n, 2 n)``."""
+def _diagonal_block(rows: Array, weights: Array, matrix: Array, begin: int) -> None:
+    """Fill the lower triangle of a block with sum_r weights_r a_r a_r^T."""
     size, count = rows.shape
-    matrix = np.empty((2 * size, 2 * size))
-    real, mixed, imaginary = np.empty(count), np.empty(count), np.empty(count)
+    scaled = np.empty(count)
     for first in range(size):
         line = rows[first]
         for row in range(count):
-            value = line[row]
-            real[row] = weights[0, row] * value
-            mixed[row] = weights[1, row] * value
-            imaginary[row] = weights[2, row] * value
+            scaled[row] = weights[row] * line[row]
         for second in range(first + 1):
-            other = rows[second]
-            along, across, up = 0.0, 0.0, 0.0
+            other, value = rows[second], 0.0
             for row in range(count):
-                value = other[row]
-                along += real[row] * value
-                across += mixed[row] * value
-                up += imaginary[row] * value
-            matrix[first, second] = along
-            matrix[size + first, size + second] = up
-            matrix[size + first, second] = across
-            matrix[size + second, first] = across
-    return matrix
+                value += scaled[row] * other[row]
+            matrix[begin + first, begin + second] = value
+
+
+@compiled
+def _mixed_block(rows: Array, weights: Array, matrix: Array, begin: int, left: int) -> None:
+    """Fill a block off the diagonal, itself symmetric, with sum_r weights_r a_r a_r^T."""
+    size, count = rows.shape[0], weights.size
+    scaled = np.empty(count)
+    for first in range(size):
+        line = rows[first]
+        for row in range(count):
+            scaled[row] = weights[row] * line[row]
+        for second in range(first + 1):
+            other, value = rows[second], 0.0
+            for row in range(count):
+                value += scaled[row] * other[row]
+            matrix[begin + first, left + second] = value
+            matrix[begin + second, left + first] = value
 
 
 @compiled
@@ -190,8 +202,9 @@ def _merit(
 ) -> float:
     m = below.size
     merit = power_of(z)
-    for row in range(weight.size):
-        merit += weight[row] * (response[0, m + row] ** 2 + response[1, m + row] ** 2)
+    for part in range(response.shape[0]):
+        for row in range(weight.size):
+            merit += weight[row] * response[part, m + row] ** 2
     logarithms = 0.0
     for row in range(m):
         logarithms += np.log(below[row] * above[row])
@@ -243,7 +256,7 @@ def step(shape: Shape, weight: Array) -> None:
     for place in range(flat):
         ahead[place] = -ahead[place]
         inclination += right[place] * ahead[place]
-    moved = np.empty((2, rows.shape[1]))
+    moved = np.empty(response.shape)
     respond(rows, ahead, moved)
     bent = _correction(rows, response, z, ahead, moved, ripple, stiff_low, stiff_high)
     solve(lower, inverse, bent)
@@ -252,7 +265,7 @@ def step(shape: Shape, weight: Array) -> None:
     factor = -min(1.0, np.sqrt(size / max(aside, 1e-300)))
     for place in range(flat):
         bent[place] *= factor
-    bowed = np.empty((2, rows.shape[1]))
+    bowed = np.empty(response.shape)
     respond(rows, bent, bowed)
     _move_multipliers(response, moved, z, ahead, low, high, below, above, mu, ripple, lost)
     length = _search(
@@ -260,8 +273,8 @@ def step(shape: Shape, weight: Array) -> None:
     )
     for place in range(flat):
         z[place] += length * (ahead[place] + length * bent[place])
-    for row in range(rows.shape[1]):
-        for part in range(2):
+    for part in range(response.shape[0]):
+        for row in range(rows.shape[1]):
             response[part, row] += length * (moved[part, row] + length * bowed[part, row])
     _after(scalars, length)
     _trust_multipliers(response, z, low, high, scalars)
@@ -283,7 +296,7 @@ def _correction(
     slope = zeros(rows.shape[1])
     spread = 0.0
     for row in range(stiff_low.size):
-        lift = moved[0, row] ** 2 + moved[1, row] ** 2
+        lift = received(moved, row)
         curve_low = stiff_low[row] * (widen + lift)
         curve_high = stiff_high[row] * (widen - lift)
         slope[row] = curve_low - curve_high
@@ -310,13 +323,13 @@ def _search(
     ripple, target = scalars[RIPPLE], scalars[TARGET]
     base = _merit(z, response, below, above, weight, mu)
     low, high = np.empty(m), np.empty(m)
-    at, heard = np.empty(z.size), np.empty((2, response.shape[1]))
+    at, heard = np.empty(z.size), np.empty(response.shape)
     length = 1.0
     for _ in range(MOST_BACKTRACKS):
         for place in range(z.size):
             at[place] = z[place] + length * (ahead[place] + length * bent[place])
-        for row in range(response.shape[1]):
-            for part in range(2):
+        for part in range(response.shape[0]):
+            for row in range(response.shape[1]):
                 arc = moved[part, row] + length * bowed[part, row]
                 heard[part, row] = response[part, row] + length * arc
         least = slacks(heard, _narrowed(ripple, target, length) * power_of(at), low, high)
@@ -360,7 +373,9 @@ def _move_multipliers(
     change_low, change_high = np.empty(m), np.empty(m)
     reach = 1.0
     for row in range(m):
-        rise = 2.0 * (response[0, row] * moved[0, row] + response[1, row] * moved[1, row])
+        rise = 0.0
+        for part in range(response.shape[0]):
+            rise += 2.0 * response[part, row] * moved[part, row]
         change_low[row] = (mu - low[row] * (widen + rise)) / below[row] - low[row]
         change_high[row] = (mu - high[row] * (widen - rise)) / above[row] - high[row]
         if change_low[row] < 0.0:

@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from echobeam.beamforming.direct.found import Found
-from echobeam.beamforming.direct.sizes import PROBE_STEPS
 from echobeam.values import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
     from echobeam.beamforming.direct.trials import CompiledTrials
+
+PROBE_STEPS = 20
+"""Steps from a set of objects after which its promise is compared with that of others."""
 
 CONTESTED = 0.01
 """Share of the sum rate that consideration for others costs, from which other sets of objects may
@@ -44,7 +46,7 @@ ALIKE = 0.02
 differ by less than ALIKE one."""
 
 
-def settle(trials: CompiledTrials, found: Found, chirp: float, most: int, left: Array) -> None:
+def settle(trials: CompiledTrials, found: Found, chirp: Array, most: int, left: Array) -> None:
     """Look for better optima of the trials that may have several, in place.
 
     Parameters
@@ -74,7 +76,7 @@ def settle(trials: CompiledTrials, found: Found, chirp: float, most: int, left: 
         for begin in range(0, len(start), step):
             part = slice(begin, begin + step)
             probed = trials.taken(contested[tried[part]])
-            share[part], value[part] = probed.probe(chirp, start[part])
+            share[part], value[part] = probed.probe(chirp, start[part], PROBE_STEPS)
         for trial, rival in enumerate(rivals):
             rival.take(share[tried == trial], value[tried == trial])
     left[contested] -= PROBE_STEPS * np.array([len(rival.value) for rival in rivals])
@@ -88,7 +90,7 @@ def _follow(
     trials: CompiledTrials,
     found: Found,
     which: IntArray,
-    chirp: float,
+    chirp: Array,
     start: Array,
     left: Array,
 ) -> None:
@@ -99,7 +101,7 @@ def _follow(
 
 
 def _compare_all(
-    trials: CompiledTrials, found: Found, contested: IntArray, chirp: float, left: Array
+    trials: CompiledTrials, found: Found, contested: IntArray, chirp: Array, left: Array
 ) -> None:
     """Follow every set of objects to the end but those that are proved to be worse."""
     n_objects = trials.loss.shape[1]

@@ -26,10 +26,11 @@ from echobeam.beamforming.direct.compiling import (
     fingerprint,
 )
 from echobeam.beamforming.direct.found import Found
+from echobeam.beamforming.direct.layout import Layout
 from echobeam.beamforming.direct.shape import power_of
 from echobeam.beamforming.direct.shapes import Covers, listen, set_out
-from echobeam.beamforming.direct.sizes import PROBE_STEPS
-from echobeam.values import Array, ComplexArray, IntArray
+from echobeam.physics.planar import AntennaArray
+from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 MOST_STEPS = 150
 
@@ -40,7 +41,7 @@ and not those of a transition."""
 AUDIBLE = 0.01
 """Interference over noise, at the start and with all the power, that is worth a closer look."""
 
-OBJECTIVE, CONVERGED, PART, STEPS, DISTURBANCE, FIGURES = 0, 1, 2, 3, 4, 5
+OBJECTIVE, CONVERGED, PROVED, PART, STEPS, DISTURBANCE, FIGURES = 0, 1, 2, 3, 4, 5, 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,68 +50,75 @@ class CompiledTrials:
 
     Attributes
     ----------
-    phases, reach, ripple
-        ``(T, K, G)``, ``(T, K)``, ``(T, K)``: see `Covers`.
+    layout
+        Their geometry.
+    ripple
+        ``(T, K)``: B_k / N.
     loss, threshold
         ``(T, K)``, see `Powers`.
-    n_tx
-        N.
+    array
+        The transmit array.
     """
 
-    phases: Array
-    reach: IntArray
+    layout: Layout
     ripple: Array
     loss: Array
     threshold: Array
-    n_tx: int
+    array: AntennaArray
+
+    @property
+    def may_stay_unproved(self) -> bool:
+        """Whether a shape that is not proved may be a best one: the array is no linear one."""
+        return self.array.axes > 1
 
     def taken(self, index: IntArray) -> CompiledTrials:
         """Return some of the trials."""
         return CompiledTrials(
-            self.phases[index],
-            self.reach[index],
+            self.layout.taken(index),
             self.ripple[index],
             self.loss[index],
             self.threshold[index],
-            self.n_tx,
+            self.array,
         )
 
     def climb(
-        self, chirp: float, warm: ComplexArray | None = None, share: Array | None = None
+        self, chirp: Array, warm: ComplexArray | None = None, share: Array | None = None
     ) -> Found:
         """Return the local optimum that one start leads to.
 
         Parameters
         ----------
         chirp
-            Rate of the chirp of the start.
+            ``(r, d)``: rates of the chirps of the start.
         warm
-            ``(T K, N)`` beams to start from, NaN where there are none.
+            ``(T, K, n)`` beams to start from, NaN where there are none.
         share
             ``(T, K)``: shares of the surplus power to start from, held for the first steps.
         """
-        beams = np.empty((*self.loss.shape, self.n_tx), dtype=complex)
+        beams = np.empty((*self.loss.shape, self.array.n), dtype=complex)
         held = 0 if share is None else HELD
         _, figures = self._run((MOST_STEPS, held), chirp, warm, share, beams)
+        proved: BoolArray = figures[:, PROVED] > 0.0
         return Found(
             beams=beams,
             objective=figures[:, OBJECTIVE].copy(),
-            converged=figures[:, CONVERGED] > 0.0,
+            converged=(figures[:, CONVERGED] > 0.0) & (proved | self.may_stay_unproved),
+            proved=proved,
             factor=figures[:, PART].copy(),
             iterations=figures[:, STEPS].astype(np.int64),
             disturbance=figures[:, DISTURBANCE].copy(),
         )
 
-    def probe(self, chirp: float, share: Array) -> tuple[Array, Array]:
+    def probe(self, chirp: Array, share: Array, steps: int) -> tuple[Array, Array]:
         """Return ``(T, K)`` shares and ``(T,)`` sum rates, nats, after a few steps from some."""
         nothing = np.empty((0, 0, 0), dtype=complex)
-        reached, figures = self._run((PROBE_STEPS, HELD), chirp, None, share, nothing)
+        reached, figures = self._run((steps, HELD), chirp, None, share, nothing)
         return reached, figures[:, OBJECTIVE].copy()
 
     def _run(
         self,
         steps: tuple[int, int],
-        chirp: float,
+        chirp: Array,
         warm: ComplexArray | None,
         share: Array | None,
         beams: ComplexArray,
@@ -124,14 +132,16 @@ class CompiledTrials:
             share = np.full((n_trials, n_objects), 1.0 / n_objects)
         else:
             share = np.array(np.broadcast_to(share, self.loss.shape))
-        if warm is None:
-            given = np.empty((0, 0, 0), dtype=complex)
-        else:
-            given = np.ascontiguousarray(warm.reshape(n_trials, n_objects, self.n_tx))
+        given = np.empty((0, 0, 0), dtype=complex) if warm is None else warm
         figures = np.empty((n_trials, FIGURES))
-        arrays = (self.phases, self.reach, self.ripple, self.loss, self.threshold)
-        data = tuple(np.ascontiguousarray(array) for array in arrays)
-        _ready()(*data, self.n_tx, chirp, given, share, *steps, beams, figures)
+        at = self.layout
+        geometry = (at.own, at.nodes, at.grid, at.count, at.near, at.first, at.bow)
+        arrays = (*geometry, self.ripple, self.loss, self.threshold)
+        # Writable and contiguous: another type of array would have to be compiled for.
+        data = tuple(np.require(array, requirements=["C", "W"]) for array in arrays)
+        sizes = (at.spare, self.array.elements, self.array.shape[1])
+        given = np.ascontiguousarray(given)
+        _ready()(*data, *sizes, chirp, given, share, *steps, beams, figures)
         return share, figures
 
 
@@ -150,9 +160,12 @@ def compile_solver(progress: Progress = lambda done, total: None) -> Compilation
     progress
         Called with the number of functions compiled and their number in all.
     """
-    phases, pair = np.empty((0, 1, 1)), np.empty((0, 1))
-    reach, beams = np.empty((0, 1), dtype=np.int64), np.empty((0, 0, 0), dtype=complex)
-    nobody = (phases, reach, pair, pair, pair, 2, 0.6, beams, pair, 1, 0, beams, pair)
+    pair, places = np.empty((0, 1)), np.empty((0, 1), dtype=np.int64)
+    three, four = np.empty((0, 1, 1)), np.empty((0, 1, 1, 1))
+    near, first = np.empty((0, 1, 1, 2), dtype=np.int64), np.empty((0, 1, 1), dtype=np.int64)
+    beams = np.empty((0, 0, 0), dtype=complex)
+    geometry = (three, four, four, places, near, first, four)
+    nobody = (*geometry, pair, pair, pair, 0, 2, 2, pair, beams, pair, 1, 0, beams, pair)
     return compile_now(_runner(), nobody, progress)
 
 
@@ -162,13 +175,20 @@ def _runner() -> Callable[..., None]:
     key = fingerprint()
 
     def run(
-        phases: Array,
-        reach: IntArray,
+        own: Array,
+        nodes: Array,
+        grid: Array,
+        count: IntArray,
+        near: IntArray,
+        first: IntArray,
+        bow: Array,
         ripple: Array,
         loss: Array,
         threshold: Array,
+        spare: int,
         n_tx: int,
-        chirp: float,
+        columns: int,
+        chirp: Array,
         warm: ComplexArray,
         share: Array,
         most: int,
@@ -180,13 +200,25 @@ def _runner() -> Callable[..., None]:
             return
         nobody = np.empty((0, 0), dtype=np.complex128)
         for trial in range(loss.shape[0]):
-            covers = Covers(phases[trial], reach[trial], ripple[trial])
-            shapes = set_out(covers, n_tx, chirp, warm[trial] if warm.size else nobody)
+            covers = Covers(
+                own[trial],
+                nodes[trial],
+                grid[trial],
+                count[trial],
+                near[min(trial, near.shape[0] - 1)],
+                first[trial],
+                bow[trial],
+                spare,
+                ripple[trial],
+                n_tx,
+                columns,
+            )
+            shapes = set_out(covers, chirp, warm[trial] if warm.size else nobody)
             powers = uplink.start_powers(loss[trial], threshold[trial], share[trial])
             power, leak = np.empty(loss.shape[1]), scaled_identity(loss.shape[1], 0.0)
             listen(shapes, power, leak)
             heard = loudest(powers, power, leak)
-            steps = descend(covers, shapes, powers, n_tx, most, held)
+            steps = descend(covers, shapes, powers, most, held)
             line = figures[trial]
             line[STEPS] = min(steps, most)
             line[DISTURBANCE] = 0.0
@@ -196,7 +228,8 @@ def _runner() -> Callable[..., None]:
                     power[beam] = min(power[beam], power_of(shapes.z[beam]))
                 objective, good = harvest(covers, shapes, powers, beams[trial])
                 line[OBJECTIVE] = objective
-                line[CONVERGED] = 1.0 if steps <= most and good and best else 0.0
+                line[CONVERGED] = 1.0 if steps <= most and good else 0.0
+                line[PROVED] = 1.0 if best else 0.0
                 line[PART] = powers.scalars[uplink.FACTOR]
                 if heard > AUDIBLE:
                     line[DISTURBANCE] = disturbance(powers, power, objective)

@@ -1,0 +1,141 @@
+"""The uniform planar array as a value: steering vectors and patterns in direction cosines."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from echobeam.physics.array import ArrayError, LinearArray
+from echobeam.values import Array, ComplexArray
+
+
+@dataclass(frozen=True, slots=True)
+class PlanarArray:
+    """Uniform planar array of ``rows x columns`` elements.
+
+    A direction is a pair of direction cosines (u, v), of the angles to the axis along which rows
+    are counted and to the one along which columns are. Element (i, j), number
+    ``i columns + j``, has the phase 2 pi spacing (i u + j v): Eq. (4) in two dimensions.
+
+    Attributes
+    ----------
+    rows, columns
+        Numbers of elements along the two axes.
+    spacing
+        Distance between neighbours in wavelengths, along both axes.
+    polarisations
+        1, or 2: every element sends in two orthogonal polarisations, each with weights of its own,
+        and a receiver takes the power of both. A beam is then the weights of the first
+        polarisation followed by those of the second.
+
+    Raises
+    ------
+    ArrayError
+        If there is no such array.
+    """
+
+    rows: int
+    columns: int
+    spacing: float = 0.5
+    polarisations: int = 1
+
+    def __post_init__(self) -> None:
+        faults = []
+        for name in ("rows", "columns"):
+            number: Any = getattr(self, name)
+            whole = isinstance(number, (int, np.integer)) and not isinstance(number, bool)
+            if not whole or number < 1:
+                faults.append(f"{name} must be a whole number from 1, not {number!r}")
+        spacing: Any = self.spacing
+        try:
+            positive = math.isfinite(spacing) and spacing > 0
+        except (TypeError, OverflowError):
+            positive = False
+        if isinstance(spacing, bool) or not positive:
+            faults.append(f"spacing must be a positive number of wavelengths, not {spacing!r}")
+        if isinstance(self.polarisations, bool) or self.polarisations not in (1, 2):
+            faults.append(f"polarisations must be 1 or 2, not {self.polarisations!r}")
+        if faults:
+            raise ArrayError("; ".join(faults))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.rows, self.columns
+
+    @property
+    def elements(self) -> int:
+        """Number of elements: the largest gain of a beam of unit power."""
+        return self.rows * self.columns
+
+    @property
+    def n(self) -> int:
+        """Number of weights of a beam: elements times polarisations."""
+        return self.elements * self.polarisations
+
+    @property
+    def axes(self) -> int:
+        """Number of components of a direction."""
+        return 2
+
+    def phases(self, direction: npt.ArrayLike) -> Array:
+        """Return the phase steps between neighbouring rows and columns, ``(..., 2)`` rad.
+
+        Parameters
+        ----------
+        direction
+            ``(..., 2)``: direction cosines (u, v).
+        """
+        steps: Array = 2.0 * np.pi * self.spacing * np.asarray(direction, dtype=np.float64)
+        return steps
+
+    def steering(self, direction: npt.ArrayLike) -> ComplexArray:
+        """Return the steering vector of the elements, ``(..., rows columns)``, of modulus 1 each.
+
+        Parameters
+        ----------
+        direction
+            ``(..., 2)``: direction cosines (u, v).
+        """
+        along_rows, along_columns = self._turns(direction)
+        vector = along_rows[..., :, np.newaxis] * along_columns[..., np.newaxis, :]
+        steering: ComplexArray = vector.reshape(*vector.shape[:-2], self.elements)
+        return steering
+
+    def pattern(self, beams: ComplexArray, direction: npt.ArrayLike) -> Array:
+        """Return the power of beams in many directions, sum over polarisations of |a^H w|^2.
+
+        Parameters
+        ----------
+        beams
+            ``(..., n)``, sqrt(power).
+        direction
+            ``(..., J, 2)``: the directions of each beam.
+
+        Returns
+        -------
+        Array
+            ``(..., J)``, power.
+        """
+        along_rows, along_columns = self._turns(direction)
+        weights = beams.reshape(*beams.shape[:-1], self.polarisations, *self.shape)
+        # (..., 1, J, rows) @ (..., P, rows, columns), then the columns' phases
+        partial = np.conj(along_rows)[..., np.newaxis, :, :] @ weights
+        response = np.sum(partial * np.conj(along_columns)[..., np.newaxis, :, :], axis=-1)
+        pattern: Array = np.sum(response.real**2 + response.imag**2, axis=-2)
+        return pattern
+
+    def _turns(self, direction: npt.ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Return exp(j phase) of every row, ``(..., rows)``, and of every column."""
+        steps = self.phases(direction)
+        rows = np.exp(1j * steps[..., :1] * np.arange(self.rows))
+        columns = np.exp(1j * steps[..., 1:] * np.arange(self.columns))
+        return rows, columns
+
+
+AntennaArray = LinearArray | PlanarArray
+"""Arrays that beams are designed for: centro-symmetric, with elements on a lattice."""
