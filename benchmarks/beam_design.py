@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.direct import solve_batch
 from echobeam.beamforming.problem import ProblemBatch

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.direct.batch import DirectResult, solve_batch
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.physics.array import LinearArray

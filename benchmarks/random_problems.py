@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.fast import batch_of, solve_examined
 from echobeam.beamforming.problem import BeamProblem

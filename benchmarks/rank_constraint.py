@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.rank_one import autocorrelation, beam_of
 from echobeam.beamforming.reference import (
     RANK_ONE,
     ReferenceProblem,
@@ -25,6 +24,7 @@ from echobeam.beamforming.reference import (
     rank_ratio,
     relax,
 )
+from echobeam.beamforming.relaxation.rank_one import autocorrelation, beam_of
 from echobeam.physics.array import LinearArray
 from echobeam.values import Array, ComplexArray
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from echobeam.beamforming import conic
 from echobeam.beamforming.design import design_batch, design_beams
 from echobeam.beamforming.problem import BeamProblem, ProblemError
+from echobeam.beamforming.relaxation import conic
 
 from ..problems import problem_batch
 

@@ -6,11 +6,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.recovery import keep_coverage
+from echobeam.beamforming.relaxation.recovery import keep_coverage
 from echobeam.physics.array import LinearArray
 
 DEG = np.pi / 180.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from echobeam.beamforming.certificate import numerical_rank
+from echobeam.beamforming.certify.certificate import numerical_rank
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.problem import BeamProblem

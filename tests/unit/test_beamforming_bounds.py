@@ -3,7 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.bounds import dirty_paper_bound, gain_bound, interference_free_bound
+from echobeam.beamforming.certify.bounds import (
+    dirty_paper_bound,
+    gain_bound,
+    interference_free_bound,
+)
 from echobeam.beamforming.subspace import real_steering
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.box_bound import Box, Multipliers, box_bound
+from echobeam.beamforming.certify.box_bound import Box, Multipliers, box_bound
 from echobeam.beamforming.subspace import real_steering
 
 RIPPLE = np.array([0.5, 2.0, 1.0])

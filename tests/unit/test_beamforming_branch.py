@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from echobeam.beamforming import conic
-from echobeam.beamforming.branch import certify
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.branch import certify
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemError
-from echobeam.beamforming.recovery import keep_coverage
+from echobeam.beamforming.relaxation import conic
+from echobeam.beamforming.relaxation.recovery import keep_coverage
 from echobeam.physics.array import LinearArray
 
 DEG = np.pi / 180.0
@@ -146,7 +146,7 @@ def test_a_search_that_may_not_search_says_how_far_it_is() -> None:
 
 
 def test_an_unreachable_gap_is_reported_and_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
-    from echobeam.beamforming import branch
+    from echobeam.beamforming.certify import branch
 
     problem = _problem([75, 70], 1e4)
     monkeypatch.setattr(branch.certify, "__defaults__", (1, 60.0))

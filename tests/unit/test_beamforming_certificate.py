@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import echobeam.beamforming.bounds
-import echobeam.beamforming.certificate
-from echobeam.beamforming.certificate import numerical_rank, violation
+import echobeam.beamforming.certify.bounds
+import echobeam.beamforming.certify.certificate
+from echobeam.beamforming.certify.certificate import numerical_rank, violation
 from echobeam.beamforming.problem import BeamProblem
 
 DEG = np.pi / 180.0
@@ -80,7 +80,9 @@ def test_rank_counts_what_is_not_noise() -> None:
     assert numerical_rank(np.zeros((4, 4), dtype=complex)) == 0
 
 
-@pytest.mark.parametrize("module", [echobeam.beamforming.certificate, echobeam.beamforming.bounds])
+@pytest.mark.parametrize(
+    "module", [echobeam.beamforming.certify.certificate, echobeam.beamforming.certify.bounds]
+)
 def test_judges_import_no_solver(module: object) -> None:
     tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))  # type: ignore[attr-defined]
     imported = {

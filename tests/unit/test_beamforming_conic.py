@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming import conic
+from echobeam.beamforming.relaxation import conic
 
 
 def _symmetric(rng: np.random.Generator, size: int) -> np.ndarray:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.design import SOLVERS, design_batch, design_beams
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
@@ -139,7 +139,7 @@ def test_batch_gives_what_its_members_get_alone() -> None:
 
 
 def test_equal_problems_of_a_batch_are_solved_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    from echobeam.beamforming import relaxation
+    from echobeam.beamforming.relaxation import solver as relaxation
 
     calls: list[BeamProblem] = []
     solve = relaxation.solve
@@ -157,7 +157,7 @@ def test_what_the_direct_solver_cannot_take_never_reaches_it(changes: dict[str, 
 
 
 def test_a_bound_is_proved_when_asked_for_and_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    from echobeam.beamforming import relaxation
+    from echobeam.beamforming.relaxation import solver as relaxation
 
     calls: list[float] = []
     prove = relaxation.prove

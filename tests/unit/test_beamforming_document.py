@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from echobeam.beamforming.answer import BeamAnswer
-from echobeam.beamforming.certificate import Violation
+from echobeam.beamforming.certify.certificate import Violation
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.document import answer_document, read_problem
 from echobeam.beamforming.problem import ProblemError
-from echobeam.beamforming.proof import Proof
 
 GOOD: dict[str, Any] = {
     "angles_deg": [75, 135],

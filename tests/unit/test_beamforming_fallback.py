@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.fallback import largest_factor
-from echobeam.beamforming.model import build_model, model_gains
 from echobeam.beamforming.objective import rates_from_gains
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.shape import best_shape
+from echobeam.beamforming.relaxation.floors import largest_factor
+from echobeam.beamforming.relaxation.model import build_model, model_gains
+from echobeam.beamforming.relaxation.shape import best_shape
 
 DEG = np.pi / 180.0
 

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.flat import cover_lobes, flat_powers
 from echobeam.beamforming.objective import rates

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming import conic, relaxation
-from echobeam.beamforming.certificate import violation
-from echobeam.beamforming.conic import limited
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.relaxation import conic
+from echobeam.beamforming.relaxation import solver as relaxation
+from echobeam.beamforming.relaxation.conic import limited
 
 WIDE = BeamProblem(
     angles=np.radians([45.47193, 0.3, 51.92874]),

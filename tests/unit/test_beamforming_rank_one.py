@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.rank_one import autocorrelation, beam_of, spectral_factor
+from echobeam.beamforming.relaxation.rank_one import autocorrelation, beam_of, spectral_factor
 
 PHASES = np.linspace(-np.pi, np.pi, 400)
 

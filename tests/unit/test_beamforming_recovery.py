@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.certificate import violation
-from echobeam.beamforming.model import build_model, flattened, model_gains, ripple_excess
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.objective import beam_gains
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.recovery import keep_coverage, recover_beams
+from echobeam.beamforming.relaxation.model import build_model, flattened, model_gains, ripple_excess
+from echobeam.beamforming.relaxation.recovery import keep_coverage, recover_beams
 from echobeam.physics.array import LinearArray
 
 DEG = np.pi / 180.0

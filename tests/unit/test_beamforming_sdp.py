@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming import sdp
-from echobeam.beamforming.model import build_model, model_gains, ripple_excess
 from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.relaxation import sdp
+from echobeam.beamforming.relaxation.model import build_model, model_gains, ripple_excess
 
 DEG = np.pi / 180.0
 

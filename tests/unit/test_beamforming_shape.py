@@ -3,15 +3,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.model import (
+from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.relaxation.model import (
     build_model,
     flattened,
     new_cuts,
     quadratic_forms,
     ripple_excess,
 )
-from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.shape import best_shape
+from echobeam.beamforming.relaxation.shape import best_shape
 
 DEG = np.pi / 180.0
 

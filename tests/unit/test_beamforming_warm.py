@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from echobeam.beamforming import design
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.design import design_batch, design_beams
 from echobeam.beamforming.fast import batch_of
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
 
 CLOSE = BeamProblem(

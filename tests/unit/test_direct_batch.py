@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.direct import solve_batch
 from echobeam.beamforming.problem import ProblemBatch
 

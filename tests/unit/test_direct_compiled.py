@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import FEASIBLE, violation
 from echobeam.beamforming.direct import compiling, solve_batch
-from echobeam.beamforming.certificate import FEASIBLE
 from echobeam.beamforming.problem import ProblemBatch
 
 from ..interpreted import interpreted

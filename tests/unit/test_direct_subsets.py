@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.direct import batch, solve_batch, subsets
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.power import water_filling

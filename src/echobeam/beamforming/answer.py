@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from echobeam.beamforming.certificate import Violation
-from echobeam.beamforming.proof import Proof
+from echobeam.beamforming.certify.certificate import Violation
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.values import Array, ComplexArray
 
 Status = Literal["optimal", "infeasible", "fallback"]

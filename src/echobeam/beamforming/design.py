@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from echobeam.beamforming.answer import BatchAnswer, BeamAnswer
-from echobeam.beamforming.certificate import FEASIBLE, floor_part, violation
+from echobeam.beamforming.certify.certificate import FEASIBLE, floor_part, violation
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.coverage import cover_size
 from echobeam.beamforming.fast import (
     batch_of,
@@ -21,14 +22,13 @@ from echobeam.beamforming.fast import (
 )
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
-from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.trials import distinct_trials, sound_trials
 from echobeam.values import ComplexArray
 
 SOLVERS = {
     "fast": ("echobeam.beamforming.fast", "solve"),
-    "sdp": ("echobeam.beamforming.relaxation", "solve"),
+    "sdp": ("echobeam.beamforming.relaxation.solver", "solve"),
     "reference": ("echobeam.beamforming.reference", "solve"),
 }
 """Where each method's ``solve(problem) -> Proposal`` lives; imported when first used."""
@@ -218,7 +218,7 @@ def _nothing(problem: BeamProblem) -> Proposal:
 
 def _certified(problem: BeamProblem, answer: BeamAnswer, gap: float, begun: float) -> BeamAnswer:
     """Return the answer with the bound of branch and bound, and better beams if that found some."""
-    from echobeam.beamforming.branch import certify
+    from echobeam.beamforming.certify.branch import certify
 
     stated = problem if answer.status == "optimal" else _with_floors_met(problem, answer)
     found = certify(stated, answer.beams, answer.objective, gap)

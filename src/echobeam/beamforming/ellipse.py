@@ -151,4 +151,4 @@ def spread_points(grid: Array, directions: Array, covers: Array, degree: int) ->
     wanted = disc_nodes(degree) @ np.swapaxes(square_root(covers), -1, -2)
     apart = grid - directions[..., np.newaxis, :]
     far = np.sum((apart[..., np.newaxis, :, :] - wanted[..., np.newaxis, :]) ** 2, axis=-1)
-    return np.argmin(far, axis=-1)
+    return np.asarray(np.argmin(far, axis=-1))

@@ -9,24 +9,24 @@ from typing import TypeVar
 
 import numpy as np
 
-from echobeam.beamforming import relaxation
-from echobeam.beamforming.certificate import (
+from echobeam.beamforming.certify.certificate import (
     FEASIBLE,
     coverage_excess,
     floor_part,
     rate_shortfall,
     violation,
 )
-from echobeam.beamforming.conic import limited
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.coverage import cover_grid, cover_size, has_cover
 from echobeam.beamforming.direct import LEAST_ANTENNAS, DirectResult, solve_batch
-from echobeam.beamforming.fallback import named_faults
 from echobeam.beamforming.flat import STIFF_LOBES, flat_proposal, problem_lobes, single_proposal
 from echobeam.beamforming.objective import beam_gains, rates, rates_from_gains
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch
-from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
-from echobeam.beamforming.recovery import keep_coverage, settle_powers
+from echobeam.beamforming.relaxation import solver as relaxation
+from echobeam.beamforming.relaxation.conic import limited
+from echobeam.beamforming.relaxation.floors import named_faults
+from echobeam.beamforming.relaxation.recovery import keep_coverage, settle_powers
 from echobeam.beamforming.subspace import real_steering
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.certify.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.coverage import cover_lobes
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.subspace import real_steering
 from echobeam.values import Array

@@ -75,8 +75,9 @@ class BeamProblem:
         Amplitude of the channel at 1 m.
     array
         The transmit array, linear or planar; instead of a linear one ``n_tx`` (number of
-        antennas), ``spacing`` (wavelengths, 0.5 by default) and ``axis`` may be given: ``"vertical"``, the phase follows sin(angle), as
-        in the paper, or ``"horizontal"``, cos(angle).
+        antennas), ``spacing`` (wavelengths, 0.5 by default) and ``axis`` may be given:
+        ``"vertical"``, the phase follows sin(angle), as in the paper, or ``"horizontal"``,
+        cos(angle).
     resolution
         Step of the coverage grid, rad or direction cosine.
     warm_start
@@ -254,11 +255,10 @@ def fitting_directions(array: AntennaArray, directions: Array, covers: Array) ->
         finite = np.isfinite(directions).all(axis=-1) & np.isfinite(covers).all(axis=(-2, -1))
         known = np.where(finite[..., np.newaxis, np.newaxis], covers, 0.0)
         squares = np.linalg.eigvalsh(known)
-        some = np.any(known != 0.0, axis=(-2, -1))
-        good: BoolArray = finite & (squares[..., 1] <= 1.0)
-        return good & (~some | (squares[..., 0] > THIN * squares[..., 1]))
-    fits: BoolArray = np.isfinite(directions) & (covers >= 0.0) & (covers <= np.pi / 2)
-    return fits
+        some = np.asarray(np.any(known != 0.0, axis=(-2, -1)))
+        thin = squares[..., 0] <= THIN * squares[..., 1]
+        return np.asarray(finite & (squares[..., 1] <= 1.0) & ~(some & thin))
+    return np.asarray(np.isfinite(directions) & (covers >= 0.0) & (covers <= np.pi / 2))
 
 
 def fitting_loss(loss: Array, power: float) -> BoolArray:
@@ -372,7 +372,7 @@ def _off_the_sphere(directions: Array, covers: Array) -> list[str]:
     if np.any(np.abs(covers - np.swapaxes(covers, -1, -2)) > SYMMETRIC * np.abs(covers).max()):
         return [*faults, f"coverage_halfwidths must be symmetric, not {_shown(covers.tolist())}"]
     squares = np.linalg.eigvalsh(covers)
-    some = np.any(covers != 0.0, axis=(-2, -1))
+    some = np.asarray(np.any(covers != 0.0, axis=(-2, -1)))
     thin = squares[..., 0] <= THIN * squares[..., 1]
     if np.any(some & thin):
         faults.append(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from echobeam.beamforming.answer import Status
-from echobeam.beamforming.certificate import Violation
-from echobeam.beamforming.proof import Proof
+from echobeam.beamforming.certify.certificate import Violation
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.values import ComplexArray
 
 

@@ -18,16 +18,16 @@ from typing import Any
 
 import numpy as np
 
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.coverage import cover_grid
-from echobeam.beamforming.fallback import fair_proposal
-from echobeam.beamforming.model import build_model
 from echobeam.beamforming.problem import BeamProblem, ProblemError
-from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
-from echobeam.beamforming.rank_one import beam_of
-from echobeam.beamforming.recovery import keep_coverage, settle_powers
-from echobeam.beamforming.relaxation import prove
-from echobeam.beamforming.shape import best_shape
+from echobeam.beamforming.relaxation.floors import fair_proposal
+from echobeam.beamforming.relaxation.model import build_model
+from echobeam.beamforming.relaxation.rank_one import beam_of
+from echobeam.beamforming.relaxation.recovery import keep_coverage, settle_powers
+from echobeam.beamforming.relaxation.shape import best_shape
+from echobeam.beamforming.relaxation.solver import prove
 from echobeam.values import ComplexArray
 
 MOST_SCA_STEPS = 20

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.rank_one import beam_of
-from echobeam.beamforming.recovery import keep_coverage, settle_powers
 from echobeam.beamforming.reference import SOLVERS, ReferenceProblem, relax
+from echobeam.beamforming.relaxation.rank_one import beam_of
+from echobeam.beamforming.relaxation.recovery import keep_coverage, settle_powers
 from echobeam.values import ComplexArray
 
 
@@ -72,7 +72,7 @@ def design(problem: BeamProblem, solver: str) -> ComplexArray | None:
         return None
     beams = np.stack([beam_of(_columns(W)) for W in relaxed.covariances])
     beams = keep_coverage(problem, beams)
-    beams = settle_powers(beams, stated.channels, stated.loss, stated.threshold)
+    beams = settle_powers(problem, beams, stated.threshold)
     return np.asarray(beams * np.sqrt(problem.power))
 
 

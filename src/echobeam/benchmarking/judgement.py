@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.beamforming.certificate import violation
+from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch

@@ -108,7 +108,7 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, most: int, held: int
             return count
         for beam in range(n_objects):
             if looked[beam]:
-                missed = excess[beam, : covers.count[beam]]
+                missed = excess[beam, : covers.points[beam]]
                 near = covers.near[min(beam, covers.near.shape[0] - 1)]
                 shape = shape_of(shapes, beam)
                 impose(shape, missed, covers.spare, covers.grid[beam], near, covers.columns)

@@ -90,7 +90,7 @@ class Layout:
         """
         n_objects, rows = self.first.shape[1], self.first.shape[2] + self.first.shape[1] - 1
         size = 2.0 * columns * (min(n_tx, n_objects + self.nodes.shape[2]) - 1)
-        return n_objects * (size**2 * rows + size**3 / 3.0)
+        return float(n_objects * (size**2 * rows + size**3 / 3.0))
 
 
 def node_count(lobes: float) -> int:
@@ -178,7 +178,7 @@ def _planar(
     array: PlanarArray, directions: Array, covers: Array, resolution: float, nodes: int
 ) -> Layout:
     grid, mask = ellipse_grid(directions, covers, resolution)
-    root, degree = square_root(covers), nodes - 1
+    root, degree = square_root(covers), nodes
     sites = disc_nodes(degree)
     around = directions[..., np.newaxis, :] + sites @ np.swapaxes(root, -1, -2)
     far = array.phases(directions)[..., np.newaxis, :] + np.pi

@@ -27,8 +27,8 @@ class Covers(NamedTuple):
     own, nodes
         ``(K, d)`` and ``(K, J, d)`` rad.
     grid
-        ``(K, d, G)`` rad: the full grid of (38f); only the first ``count`` points are a beam's own.
-    count
+        ``(K, d, G)`` rad: the full grid of (38f); only the first ones are a beam's own.
+    points
         ``(K,)``.
     near
         ``(K or 1, G, n)``.
@@ -45,7 +45,7 @@ class Covers(NamedTuple):
     own: Array
     nodes: Array
     grid: Array
-    count: IntArray
+    points: IntArray
     near: IntArray
     first: IntArray
     bow: Array
@@ -194,7 +194,7 @@ def excess_of(
     covers: Covers, shapes: Shapes, beam: int, weights: ComplexArray, excess: Array
 ) -> float:
     """Fill what a beam misses of its own grid, relative; return the largest."""
-    count, n_tx = covers.count[beam], covers.n_tx
+    count, n_tx = covers.points[beam], covers.n_tx
     lift(shapes.basis[beam], shapes.z[beam], weights)
     allowed = shapes.scalars[beam, TARGET] * power_of(shapes.z[beam])
     turns = shapes.turns[beam]

@@ -42,6 +42,10 @@ LAST_BARRIER = 1e-9
 CENTRED = 3.0
 """The barrier falls when the residual is below this multiple of it."""
 
+ON_SADDLE, WIDE_BARRIER = 1e-2, 1e-3
+"""Part of that, down to a barrier, where the matrix is indefinite: a saddle is left fastest while
+the barrier is wide. Under wide covers of planar arrays three starts in four ended near one without."""
+
 FALL, FALL_POWER = 0.1, 1.3
 """The barrier falls to min(FALL mu, mu**FALL_POWER)."""
 
@@ -110,7 +114,9 @@ def _lower_barrier(
         residual = max(residual, abs(low[row] * below[row] - mu), abs(high[row] * above[row] - mu))
     residual /= power
     scalars[RESIDUAL] = residual
-    if residual < CENTRED * mu and scalars[RIPPLE] <= scalars[TARGET] and mu > LAST_BARRIER:
+    on_saddle = scalars[SHIFT] > 0.0 and mu >= WIDE_BARRIER
+    centred = CENTRED * mu * (ON_SADDLE if on_saddle else 1.0)
+    if residual < centred and scalars[RIPPLE] <= scalars[TARGET] and mu > LAST_BARRIER:
         scalars[BARRIER] = max(min(FALL * mu, mu**FALL_POWER), LAST_BARRIER)
 
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.beamforming import conic
-from echobeam.beamforming.box_bound import Box, Multipliers, box_bound
-from echobeam.beamforming.model import Model, model_gains
-from echobeam.beamforming.sdp import LEAST_SCALE, floor_rows, keep_coverage
-from echobeam.beamforming.shape import cover_rows
+from echobeam.beamforming.certify.box_bound import Box, Multipliers, box_bound
+from echobeam.beamforming.relaxation import conic
+from echobeam.beamforming.relaxation.model import Model, model_gains
+from echobeam.beamforming.relaxation.sdp import LEAST_SCALE, floor_rows, keep_coverage
+from echobeam.beamforming.relaxation.shape import cover_rows
 from echobeam.values import Array, BoolArray
 
 MOST_ROUNDS = 6

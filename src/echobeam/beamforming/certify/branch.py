@@ -17,16 +17,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
-from echobeam.beamforming.box_bound import Box
-from echobeam.beamforming.box_relaxation import relax_box
-from echobeam.beamforming.model import Model, build_model, model_gains
+from echobeam.beamforming.certify.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.certify.box_bound import Box
+from echobeam.beamforming.certify.box_relaxation import relax_box
 from echobeam.beamforming.power import BUDGET_DIGITS, spend
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.recovery import recover_beams
-from echobeam.beamforming.relaxation import meets_floors
-from echobeam.beamforming.sdp import Design, improve, sum_rate
-from echobeam.beamforming.shape import Shape, best_shape
+from echobeam.beamforming.relaxation.model import Model, build_model, model_gains
+from echobeam.beamforming.relaxation.recovery import recover_beams
+from echobeam.beamforming.relaxation.sdp import Design, improve, sum_rate
+from echobeam.beamforming.relaxation.shape import Shape, best_shape
+from echobeam.beamforming.relaxation.solver import meets_floors
 from echobeam.beamforming.subspace import to_coordinates
 from echobeam.values import Array, ComplexArray
 

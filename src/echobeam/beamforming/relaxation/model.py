@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.beamforming.conic import Block
 from echobeam.beamforming.coverage import (
     cover_grid,
     cover_lobes,
@@ -19,6 +18,7 @@ from echobeam.beamforming.coverage import (
 )
 from echobeam.beamforming.ellipse import spread_points
 from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.relaxation.conic import Block
 from echobeam.beamforming.subspace import beam_subspace, real_steering
 from echobeam.physics.planar import PlanarArray
 from echobeam.values import Array, BoolArray, IntArray

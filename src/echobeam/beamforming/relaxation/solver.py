@@ -11,20 +11,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
-from echobeam.beamforming.certificate import FEASIBLE, violation
-from echobeam.beamforming.conic import limited
-from echobeam.beamforming.fallback import bound_without_floors, fair_proposal
+from echobeam.beamforming.certify.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.certify.certificate import FEASIBLE, violation
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.flat import flat_proposal, problem_lobes
-from echobeam.beamforming.model import Model, build_model, model_gains
 from echobeam.beamforming.objective import sinr
 from echobeam.beamforming.power import BUDGET_DIGITS, spend
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
-from echobeam.beamforming.recovery import recover_beams
-from echobeam.beamforming.sdp import Design, improve, sum_rate
-from echobeam.beamforming.shape import Shape, best_shape
+from echobeam.beamforming.relaxation.conic import limited
+from echobeam.beamforming.relaxation.floors import bound_without_floors, fair_proposal
+from echobeam.beamforming.relaxation.model import Model, build_model, model_gains
+from echobeam.beamforming.relaxation.recovery import recover_beams
+from echobeam.beamforming.relaxation.sdp import Design, improve, sum_rate
+from echobeam.beamforming.relaxation.shape import Shape, best_shape
 from echobeam.values import Array
 
 PROVED = 1e-8
@@ -36,7 +36,7 @@ DOUBTFUL = 1e-2
 CLOSE = 1e-5
 """Relative gap at which a bound is not tightened further."""
 
-MOST_WORK, BOUND_WORK = 1e7, 4e5
+MOST_WORK, BOUND_WORK = 1e7, 6e5
 """Limits of `conic.limited` for method "sdp", some ten seconds, and for a bound, half a second."""
 
 FLOOR_DIGITS = 1e-6

@@ -16,8 +16,8 @@ from functools import partial
 
 import numpy as np
 
-from echobeam.beamforming import conic
-from echobeam.beamforming.model import (
+from echobeam.beamforming.relaxation import conic
+from echobeam.beamforming.relaxation.model import (
     FLATNESS,
     Model,
     flattened,
@@ -25,7 +25,7 @@ from echobeam.beamforming.model import (
     new_cuts,
     ripple_excess,
 )
-from echobeam.beamforming.shape import cover_rows
+from echobeam.beamforming.relaxation.shape import cover_rows
 from echobeam.values import Array, BoolArray
 
 MOST_STEPS = 60

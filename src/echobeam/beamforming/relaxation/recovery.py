@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from echobeam.beamforming.coverage import coverage_grid
-from echobeam.beamforming.model import FLATNESS, BeamModel, Model
 from echobeam.beamforming.objective import beam_gains
 from echobeam.beamforming.power import settle
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.rank_one import autocorrelation, beam_of, spectral_factor
+from echobeam.beamforming.relaxation.model import FLATNESS, BeamModel, Model
+from echobeam.beamforming.relaxation.rank_one import autocorrelation, beam_of, spectral_factor
 from echobeam.beamforming.subspace import to_beams
 from echobeam.physics.array import LinearArray
 from echobeam.physics.planar import PlanarArray
@@ -65,11 +65,11 @@ def _beam(beam: BeamModel, covariance: Array, count: int, exact: bool) -> Comple
     power = float(np.sum(values))
     if power < NO_POWER:
         return np.zeros(count * n_tx, dtype=complex)
-    columns = (beam.basis @ (vectors * np.sqrt(values)))[:, ::-1]
+    columns = (beam.basis @ (vectors * np.sqrt(values)))[:, ::-1].astype(complex)
     # All data are real: two real columns x, y have the pattern of the one complex x + j y.
     rest = n_tx * float(np.sum(values[: -2 * count]))
     if exact and rest > NEGLIGIBLE * beam.ripple * power:
-        return beam_of(to_beams(columns.T.astype(complex)).T)
+        return beam_of(to_beams(columns.T).T)
     paired = np.zeros((count, n_tx), dtype=complex)
     for place in range(min(2 * count, columns.shape[1])):
         paired[place % count] += columns[:, place] * (1.0, 1.0j)[place // count]

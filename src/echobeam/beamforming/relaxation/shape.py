@@ -11,9 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.beamforming import conic
-from echobeam.beamforming.bounds import gain_bound
-from echobeam.beamforming.model import FLATNESS, BeamModel, flattened, new_cuts, ripple_excess
+from echobeam.beamforming.certify.bounds import gain_bound
+from echobeam.beamforming.relaxation import conic
+from echobeam.beamforming.relaxation.model import (
+    FLATNESS,
+    BeamModel,
+    flattened,
+    new_cuts,
+    ripple_excess,
+)
 from echobeam.values import Array, BoolArray
 
 ENOUGH = 1e-9

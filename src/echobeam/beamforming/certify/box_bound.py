@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.beamforming.bounds import ROUNDING
+from echobeam.beamforming.certify.bounds import ROUNDING
 from echobeam.values import Array
 
 

@@ -11,16 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from echobeam.beamforming import conic
-from echobeam.beamforming.bounds import dirty_paper_bound, interference_free_bound
-from echobeam.beamforming.model import Model, model_gains
+from echobeam.beamforming.certify.bounds import dirty_paper_bound, interference_free_bound
+from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.power import least_powers
 from echobeam.beamforming.problem import BeamProblem
-from echobeam.beamforming.proof import Proof
 from echobeam.beamforming.proposal import Proposal
-from echobeam.beamforming.recovery import recover_beams
-from echobeam.beamforming.sdp import Design, floor_rows, solve_on_grid
-from echobeam.beamforming.shape import Shape, cover_rows
+from echobeam.beamforming.relaxation import conic
+from echobeam.beamforming.relaxation.model import Model, model_gains
+from echobeam.beamforming.relaxation.recovery import recover_beams
+from echobeam.beamforming.relaxation.sdp import Design, floor_rows, solve_on_grid
+from echobeam.beamforming.relaxation.shape import Shape, cover_rows
 from echobeam.values import Array, BoolArray
 
 MOST_ROUNDS = 12
