@@ -13,6 +13,7 @@ FILES = (
     "steering",
     "beams",
     "shape",
+    "advance",
     "grid",
     "start",
     "shapes",

@@ -21,7 +21,7 @@ from pydantic.fields import FieldInfo
 
 import echobeam
 from echobeam.beamforming.design import SOLVERS
-from echobeam.beamforming.document import ACCEPTED, answer_document, read_problem
+from echobeam.cli.problem_document import ACCEPTED, answer_document, read_problem
 from echobeam.cli.main import COMMANDS, cli
 from echobeam.scenario.built_in import BUILT_IN
 from echobeam.scenario.load import load_scenario

@@ -10,7 +10,7 @@ from echobeam.beamforming.answer import BeamAnswer
 from echobeam.beamforming.certify.certificate import Violation
 from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.design import design_beams
-from echobeam.beamforming.document import answer_document, read_problem
+from echobeam.cli.problem_document import answer_document, read_problem
 from echobeam.beamforming.problem import ProblemError
 
 GOOD: dict[str, Any] = {

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.beamforming.checking import LEAST, MOST, fitting_directions, fitting_loss
 from echobeam.beamforming.coverage import coverage_steps, has_cover
 from echobeam.beamforming.direct import LEAST_ANTENNAS
 from echobeam.beamforming.ellipse import ellipse_steps
 from echobeam.beamforming.fast import LEAST_RIPPLE
-from echobeam.beamforming.problem import LEAST, MOST, ProblemBatch, fitting_directions, fitting_loss
+from echobeam.beamforming.problem import ProblemBatch
 from echobeam.values import BoolArray, IntArray
 
 MOST_POINTS = 4000

@@ -32,7 +32,7 @@ def command(problem: Path, method: str, certify: bool) -> None:
      "power": 1, "noise": 1, "n_tx": 30}
     """
     from echobeam.beamforming.design import design_beams
-    from echobeam.beamforming.document import answer_document, read_problem
+    from echobeam.cli.problem_document import answer_document, read_problem
     from echobeam.store.writing import StoreError
 
     try:

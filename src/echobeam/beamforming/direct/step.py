@@ -19,9 +19,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.beamforming.direct.advance import (
+    adapt,
+    move_multipliers,
+    step_length,
+    trust_multipliers,
+)
 from echobeam.beamforming.direct.arrays import copy_into, zeros
 from echobeam.beamforming.direct.compiling import compiled, inlined
-from echobeam.beamforming.direct.linear import LEAST_SHIFT, factor_shifted, solve
+from echobeam.beamforming.direct.linear import factor_shifted, solve
 from echobeam.beamforming.direct.shape import (
     BARRIER,
     RESIDUAL,
@@ -44,25 +50,11 @@ CENTRED = 3.0
 
 ON_SADDLE, WIDE_BARRIER = 1e-2, 1e-3
 """Part of that, down to a barrier, where the matrix is indefinite: a saddle is left fastest while
-the barrier is wide. Under wide covers of planar arrays three starts in four ended near one without."""
+the barrier is wide. Without, three starts in four ended near one under planar arrays' wide covers.
+"""
 
 FALL, FALL_POWER = 0.1, 1.3
 """The barrier falls to min(FALL mu, mu**FALL_POWER)."""
-
-TO_BOUNDARY = 0.995
-DECREASE = 1e-4
-BACKTRACK = 0.6
-MOST_BACKTRACKS = 30
-ROUNDING = 1e-11
-
-SHORT, TIGHTEN = 0.2, 4.0
-"""A step this short shows that the matrix bends too little; its shift grows by TIGHTEN."""
-
-EASE, EASE_FAST, NO_SHIFT = 0.25, 0.1, 1e-4
-"""Otherwise the shift falls, faster after whole steps, and vanishes below NO_SHIFT."""
-
-TRUSTED_DUAL = 1e4
-"""Multipliers are kept within this factor of barrier / slack."""
 
 
 @compiled
@@ -202,21 +194,6 @@ def _mixed_block(rows: Array, weights: Array, matrix: Array, begin: int, left: i
             matrix[begin + second, left + first] = value
 
 
-@compiled
-def _merit(
-    z: Array, response: Array, below: Array, above: Array, weight: Array, mu: float
-) -> float:
-    m = below.size
-    merit = power_of(z)
-    for part in range(response.shape[0]):
-        for row in range(weight.size):
-            merit += weight[row] * response[part, m + row] ** 2
-    logarithms = 0.0
-    for row in range(m):
-        logarithms += np.log(below[row] * above[row])
-    return merit - mu * logarithms
-
-
 @inlined
 def step(shape: Shape, weight: Array) -> None:
     """Take one step, in place; the residual left in the scalars is that of the old point.
@@ -273,8 +250,8 @@ def step(shape: Shape, weight: Array) -> None:
         bent[place] *= factor
     bowed = np.empty(response.shape)
     respond(rows, bent, bowed)
-    _move_multipliers(response, moved, z, ahead, low, high, below, above, mu, ripple, lost)
-    length = _search(
+    move_multipliers(response, moved, z, ahead, low, high, below, above, mu, ripple, lost)
+    length = step_length(
         z, response, ahead, bent, moved, bowed, below, above, weight, scalars, inclination
     )
     for place in range(flat):
@@ -282,8 +259,8 @@ def step(shape: Shape, weight: Array) -> None:
     for part in range(response.shape[0]):
         for row in range(rows.shape[1]):
             response[part, row] += length * (moved[part, row] + length * bowed[part, row])
-    _after(scalars, length)
-    _trust_multipliers(response, z, low, high, scalars)
+    adapt(scalars, length)
+    trust_multipliers(response, z, low, high, scalars)
 
 
 @compiled
@@ -308,112 +285,3 @@ def _correction(
         slope[row] = curve_low - curve_high
         spread += ripple * (curve_low + curve_high)
     return _pull(rows, response, slope, spread, z)
-
-
-@compiled
-def _search(
-    z: Array,
-    response: Array,
-    ahead: Array,
-    bent: Array,
-    moved: Array,
-    bowed: Array,
-    below: Array,
-    above: Array,
-    weight: Array,
-    scalars: Array,
-    inclination: float,
-) -> float:
-    """Return how far to go along the arc: feasible, and lower on the barrier function."""
-    m, mu = below.size, scalars[BARRIER]
-    ripple, target = scalars[RIPPLE], scalars[TARGET]
-    base = _merit(z, response, below, above, weight, mu)
-    low, high = np.empty(m), np.empty(m)
-    at, heard = np.empty(z.size), np.empty(response.shape)
-    length = 1.0
-    for _ in range(MOST_BACKTRACKS):
-        for place in range(z.size):
-            at[place] = z[place] + length * (ahead[place] + length * bent[place])
-        for part in range(response.shape[0]):
-            for row in range(response.shape[1]):
-                arc = moved[part, row] + length * bowed[part, row]
-                heard[part, row] = response[part, row] + length * arc
-        least = slacks(heard, _narrowed(ripple, target, length) * power_of(at), low, high)
-        inside = least > 0.0
-        for row in range(m):
-            inside &= low[row] > (1.0 - TO_BOUNDARY) * below[row]
-            inside &= high[row] > (1.0 - TO_BOUNDARY) * above[row]
-        if inside:
-            if ripple > target:
-                return length
-            enough = base + DECREASE * length * inclination + ROUNDING * (1.0 + abs(base))
-            if _merit(at, heard, low, high, weight, mu) <= enough:
-                return length
-        length *= BACKTRACK
-    return 0.0
-
-
-@compiled
-def _narrowed(ripple: float, target: float, reach: float) -> float:
-    return ripple + reach * (target - ripple) if reach < 1.0 else target
-
-
-@compiled
-def _move_multipliers(
-    response: Array,
-    moved: Array,
-    z: Array,
-    ahead: Array,
-    low: Array,
-    high: Array,
-    below: Array,
-    above: Array,
-    mu: float,
-    ripple: float,
-    lost: float,
-) -> None:
-    widen = lost
-    for place in range(z.size):
-        widen += 2.0 * ripple * z[place] * ahead[place]
-    m = low.size
-    change_low, change_high = np.empty(m), np.empty(m)
-    reach = 1.0
-    for row in range(m):
-        rise = 0.0
-        for part in range(response.shape[0]):
-            rise += 2.0 * response[part, row] * moved[part, row]
-        change_low[row] = (mu - low[row] * (widen + rise)) / below[row] - low[row]
-        change_high[row] = (mu - high[row] * (widen - rise)) / above[row] - high[row]
-        if change_low[row] < 0.0:
-            reach = min(reach, -TO_BOUNDARY * low[row] / change_low[row])
-        if change_high[row] < 0.0:
-            reach = min(reach, -TO_BOUNDARY * high[row] / change_high[row])
-    for row in range(m):
-        low[row] += reach * change_low[row]
-        high[row] += reach * change_high[row]
-
-
-@compiled
-def _after(scalars: Array, length: float) -> None:
-    """Adapt the shift and the imposed ripple to the length of the step."""
-    shift = scalars[SHIFT]
-    if length < SHORT:
-        shift = max(TIGHTEN * shift, LEAST_SHIFT)
-    else:
-        shift *= EASE_FAST if length >= 1.0 else EASE
-        if shift < NO_SHIFT:
-            shift = 0.0
-    scalars[SHIFT] = shift
-    scalars[RIPPLE] = _narrowed(scalars[RIPPLE], scalars[TARGET], length)
-
-
-@compiled
-def _trust_multipliers(response: Array, z: Array, low: Array, high: Array, scalars: Array) -> None:
-    m = low.size
-    below, above = np.empty(m), np.empty(m)
-    slacks(response, scalars[RIPPLE] * power_of(z), below, above)
-    for row in range(m):
-        centre = scalars[BARRIER] / below[row]
-        low[row] = min(max(low[row], centre / TRUSTED_DUAL), centre * TRUSTED_DUAL)
-        centre = scalars[BARRIER] / above[row]
-        high[row] = min(max(high[row], centre / TRUSTED_DUAL), centre * TRUSTED_DUAL)

@@ -1,0 +1,289 @@
+"""Problem (38) and its answer as JSON: what `echobeam beam` reads and prints."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from echobeam.beamforming.answer import BeamAnswer
+from echobeam.beamforming.problem import BeamProblem, ProblemError
+from echobeam.physics.planar import PlanarArray
+from echobeam.units import parse_quantity
+
+MOST_SHOWN = 60
+"""Characters of a wrong value that a message repeats."""
+
+
+def _reader(kind: str, unit: float = 1.0) -> BeforeValidator:
+    """Return a reader of quantities in which a bare number counts in a unit, relative to SI."""
+
+    def read(value: object) -> float:
+        try:
+            number = parse_quantity(value, kind)
+        except OverflowError:
+            raise ValueError("too large") from None
+        return number if isinstance(value, str) else number * unit
+
+    return BeforeValidator(read)
+
+
+def _each(*readers: Any) -> BeforeValidator:
+    """Return a reader of one number or of a list of numbers."""
+    read: Callable[[object], float] = readers[0].func
+    return BeforeValidator(
+        lambda value: [read(item) for item in value] if isinstance(value, list) else read(value)
+    )
+
+
+def _whole(value: object) -> object:
+    """Refuse what pydantic would take for a whole number."""
+    if isinstance(value, (bool, str)):
+        raise ValueError("no whole number")
+    return value
+
+
+Whole = Annotated[int, BeforeValidator(_whole), Field(ge=1)]
+Degrees = Annotated[float, _reader("angle", math.pi / 180.0)]
+Metres = Annotated[float, _reader("length"), Field(gt=0)]
+Number = Annotated[float, _reader("number")]
+Positive = Annotated[Number, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Pair = tuple[Number, Number]
+Ripple = Annotated[NotNegative | list[NotNegative], _each(_reader("number"))]
+Rate = Annotated[NotNegative | list[NotNegative], _each(_reader("rate"))]
+Columns = list[list[Number]]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class _Common(_Table):
+    distances: list[Metres] = Field(description="a list of positive numbers, m")
+    ripple: Ripple = Field(description="a number or a list of numbers, at least 0")
+    min_rate: Rate = Field(description="a number or a list of numbers, at least 0, bit/s/Hz")
+    power: Positive = Field(description="a positive number")
+    noise: Positive = Field(description="a positive number")
+    alpha0: Positive = Field(1.0, description="a positive number")
+    warm_start_re: Columns | None = Field(
+        None, description="one list of n_tx numbers per object, with warm_start_im"
+    )
+    warm_start_im: Columns | None = Field(
+        None, description="one list of n_tx numbers per object, with warm_start_re"
+    )
+
+
+class _Linear(_Common):
+    angles_deg: list[Annotated[Degrees, Field(ge=-math.pi, le=math.pi)]] = Field(
+        description="a list of numbers from -180 to 180, degrees"
+    )
+    coverage_halfwidths_deg: list[Annotated[Degrees, Field(ge=0, le=math.pi / 2)]] = Field(
+        description="a list of numbers from 0 to 90, degrees"
+    )
+    n_tx: Whole = Field(description="a whole number from 1")
+    spacing: Positive = Field(0.5, description="a positive number, wavelengths")
+    axis: Literal["vertical", "horizontal"] = Field(
+        "vertical", description='"vertical" or "horizontal"'
+    )
+    resolution_deg: Annotated[Degrees, Field(gt=0)] = Field(
+        math.radians(0.1), description="a positive number, degrees"
+    )
+
+
+class _Planar(_Table):
+    rows: Whole
+    columns: Whole
+    spacing: Positive = 0.5
+    polarisations: Literal[1, 2] = 1
+
+
+class _OnPlanar(_Common):
+    array: _Planar = Field(
+        description="a planar array: {rows, columns, spacing (0.5), polarisations (1 or 2)}"
+    )
+    angles: list[Pair] = Field(description="a list of pairs of direction cosines [u, v]")
+    coverage_halfwidths: list[tuple[Pair, Pair]] = Field(
+        description="a list of matrices [[a, b], [b, c]] of ellipses in direction cosines"
+    )
+    resolution: Positive = Field(math.radians(0.1), description="a positive number")
+
+
+ACCEPTED = {
+    key: str(field.description)
+    for table in (_Linear, _OnPlanar)
+    for key, field in table.model_fields.items()
+}
+"""Every key of a problem document, and what it takes; null leaves an optional one out."""
+
+
+def read_problem(text: str, source: str = "problem") -> BeamProblem:
+    """Return the problem (38) that a JSON text states.
+
+    Parameters
+    ----------
+    text
+        A JSON object with the keys of `ACCEPTED`: those of `BeamProblem`, angles in degrees.
+        Quantities may have units, as in ``"75 deg"``. The key ``array`` makes it one for a planar
+        array, with direction cosines for angles.
+    source
+        Name of the file, for messages.
+
+    Raises
+    ------
+    ProblemError
+        If the text is no JSON object, a key is unknown or missing, or a value is not what its key
+        takes; all faults in one message, each with the file, the key and the value.
+    """
+    document = _parsed(text, source)
+    table: type[_Common] = _OnPlanar if document.get("array") is not None else _Linear
+    fields = table.model_fields
+    document = {
+        key: value
+        for key, value in document.items()
+        if value is not None or (key in fields and fields[key].is_required())
+    }
+    faults, stated = [], None
+    try:
+        stated = table.model_validate(document)
+    except ValidationError as error:
+        faults = _faults(error, document, table)
+    faults += _misfits(document, table, {fault.split(":")[0] for fault in faults})
+    if stated is not None and not faults:
+        try:
+            return BeamProblem(**_arguments(stated))
+        except ProblemError as error:
+            faults = str(error).split("; ")
+    raise ProblemError("\n".join(f"{source}: {fault}" for fault in faults))
+
+
+def answer_document(answer: BeamAnswer) -> dict[str, Any]:
+    """Return an answer as a dictionary for JSON; what is infinite or undefined becomes None."""
+    missed = answer.max_violation
+    return {
+        "beams_re": _lists(answer.beams.real),
+        "beams_im": _lists(answer.beams.imag),
+        "rates": _lists(answer.rates),
+        "objective": _number(answer.objective),
+        "upper_bound": _number(answer.upper_bound),
+        "gap": _number(answer.gap),
+        "status": answer.status,
+        "message": answer.message,
+        "max_violation": {
+            "power": _number(missed.power),
+            "rate": _number(missed.rate),
+            "coverage": _number(missed.coverage),
+        },
+        "seconds": _number(answer.seconds),
+        "iterations": int(answer.iterations),
+    }
+
+
+def _parsed(text: str, source: str) -> dict[str, Any]:
+    doubled: list[str] = []
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        keys = [key for key, _ in pairs]
+        doubled.extend(sorted({key for key in keys if keys.count(key) > 1}))
+        return dict(pairs)
+
+    try:
+        document = json.loads(text, object_pairs_hook=unique)
+    except (ValueError, RecursionError) as error:  # too many digits are a plain ValueError
+        raise ProblemError(f"{source}: not JSON: {error}") from None
+    if not isinstance(document, dict):
+        keys = ", ".join(_Linear.model_fields)
+        raise ProblemError(
+            f"{source}: {_shown(document)} is not a JSON object with the keys {keys}"
+        )
+    if doubled:
+        raise ProblemError("\n".join(f"{source}: {key}: given twice" for key in doubled))
+    return document
+
+
+def _faults(error: ValidationError, document: dict[str, Any], table: type[BaseModel]) -> list[str]:
+    """Return one fault for each key that pydantic found wrong."""
+    found: dict[str, str] = {}
+    for item in error.errors():
+        key = str(item["loc"][0])
+        if key not in table.model_fields:
+            text = f"no such key; accepted are {', '.join(table.model_fields)}"
+        elif item["type"] == "missing" and len(item["loc"]) == 1:
+            text = f"missing; expected {ACCEPTED[key]}"
+        else:
+            text = f"{_shown(document[key])} is not {ACCEPTED[key]}"
+        found.setdefault(key, f"{key}: {text}")
+    return list(found.values())
+
+
+def _misfits(document: dict[str, Any], table: type[BaseModel], faulty: set[str]) -> list[str]:
+    """Return which lists do not fit the number of objects that the angles give."""
+    angles = "angles" if "angles" in table.model_fields else "angles_deg"
+    if angles not in document or angles in faulty:
+        return []
+    n_objects = len(document[angles])
+    keys = ("distances", "coverage_halfwidths", "coverage_halfwidths_deg", "ripple", "min_rate")
+    found = [
+        f"{key}: {_shown(document[key])} has {len(document[key])} values, "
+        f"expected {n_objects} as in {angles}"
+        for key in keys
+        if key not in faulty
+        and isinstance(document.get(key), list)
+        and len(document[key]) != n_objects
+    ]
+    return found + _warm_misfits(document, faulty, n_objects)
+
+
+def _warm_misfits(document: dict[str, Any], faulty: set[str], n_objects: int) -> list[str]:
+    parts = ("warm_start_re", "warm_start_im")
+    given = [key for key in parts if key in document]
+    if not given or faulty & {*parts, "n_tx", "array"}:
+        return []
+    found = [f"{key}: missing; expected {ACCEPTED[key]}" for key in parts if key not in given]
+    if "array" in document:
+        size = _Planar.model_validate(document["array"])
+        n_tx = size.rows * size.columns * size.polarisations
+    else:
+        n_tx = int(document.get("n_tx", 0))
+    return found + [
+        f"{key}: expected {n_objects} lists of {n_tx} numbers"
+        for key in given
+        if n_tx and [len(row) for row in document[key]] != [n_tx] * n_objects
+    ]
+
+
+def _arguments(stated: _Common) -> dict[str, Any]:
+    """Return the arguments of `BeamProblem`."""
+    arguments = {
+        key.removesuffix("_deg"): getattr(stated, key)
+        for key in type(stated).model_fields
+        if not key.startswith("warm_start_")
+    }
+    if isinstance(stated, _OnPlanar):
+        arguments["array"] = PlanarArray(**stated.array.model_dump())
+        arguments["angles"] = np.reshape(stated.angles, (-1, 2))
+        arguments["coverage_halfwidths"] = np.reshape(stated.coverage_halfwidths, (-1, 2, 2))
+    if stated.warm_start_re is not None:
+        real, imaginary = np.array(stated.warm_start_re), np.array(stated.warm_start_im)
+        arguments["warm_start"] = real + 1j * imaginary
+    return arguments
+
+
+def _shown(value: object) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _lists(values: Any) -> Any:
+    """Return nested lists of an array, None for what is not finite."""
+    if values.ndim > 1:
+        return [_lists(row) for row in values]
+    return [_number(item) for item in values.tolist()]
