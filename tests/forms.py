@@ -8,7 +8,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from echobeam.beamforming import subspace
 from echobeam.physics import bounds, echo, link
 from echobeam.physics.angles import exact_cosine, exact_sine
 from echobeam.physics.array import LinearArray
@@ -134,3 +136,8 @@ def square_aperture(theta, n, spacing=0.5, axis="vertical"):  # type: ignore[no-
 
 def transmit_aperture(sent, theta, spacing=0.5, axis="vertical"):  # type: ignore[no-untyped-def]
     return bounds.transmit_aperture(sent, theta, _array(sent, spacing, axis))
+
+
+def real_steering(phases: npt.ArrayLike, n_tx: int) -> np.ndarray:
+    """Real steering vectors of a linear array, by the phase step between its elements."""
+    return subspace.real_steering(np.asarray(phases, dtype=float)[..., np.newaxis], (1, n_tx))

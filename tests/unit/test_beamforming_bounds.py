@@ -8,7 +8,8 @@ from echobeam.beamforming.certify.bounds import (
     gain_bound,
     interference_free_bound,
 )
-from echobeam.beamforming.subspace import real_steering
+
+from ..forms import real_steering
 
 
 def _feasible_gain(rng: np.random.Generator, centre: np.ndarray, cover: np.ndarray, b: float):
@@ -25,7 +26,7 @@ def _feasible_gain(rng: np.random.Generator, centre: np.ndarray, cover: np.ndarr
 @pytest.mark.parametrize("seed", range(10))
 def test_any_multipliers_bound_every_feasible_beam(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    centre = real_steering(np.array(1.0), 10)
+    centre = real_steering(1.0, 10)
     cover = real_steering(1.0 + np.linspace(-0.3, 0.3, 7), 10)
     ripple = rng.uniform(0.1, 4)
     above, below = rng.uniform(-0.1, 0.4, 7), rng.uniform(-0.1, 0.4, 7)
@@ -35,14 +36,14 @@ def test_any_multipliers_bound_every_feasible_beam(seed: int) -> None:
 
 
 def test_without_multipliers_the_array_is_the_bound() -> None:
-    centre = real_steering(np.array(0.4), 12)
+    centre = real_steering(0.4, 12)
     bound = gain_bound(centre, centre[np.newaxis], 1.0, np.zeros(1), np.zeros(1))
     assert bound == pytest.approx(12.0, rel=1e-9)
     assert bound >= 12.0
 
 
 def test_multipliers_that_are_not_numbers_prove_nothing() -> None:
-    centre = real_steering(np.array(0.4), 12)
+    centre = real_steering(0.4, 12)
     bound = gain_bound(centre, centre[np.newaxis], 1.0, np.array([np.nan]), np.zeros(1))
     assert bound == 12.0
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from echobeam.beamforming.certify.box_bound import Box, Multipliers, box_bound
-from echobeam.beamforming.subspace import real_steering
+
+from ..forms import real_steering
 
 RIPPLE = np.array([0.5, 2.0, 1.0])
 LOSS = np.array([0.3, 2.0, 8.0])

@@ -7,7 +7,7 @@ import pytest
 
 from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.design import design_beams
-from echobeam.beamforming.flat import cover_lobes, flat_powers
+from echobeam.beamforming.flat import flat_powers, problem_lobes
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem
 
@@ -75,7 +75,7 @@ def test_floors_out_of_reach_are_met_to_the_same_part_with_all_the_power() -> No
 
 
 def test_lobes_of_a_cover_are_its_phases_over_those_of_one_lobe() -> None:
-    found = cover_lobes(_problem(0.0, 90.0))[0]
+    found = problem_lobes(_problem(0.0, 90.0))[0]
     # The sine over 165 degrees each way of 75 degrees runs from -sin 15 degrees to one.
     np.testing.assert_allclose(found, 15.0 * (1.0 + np.sin(np.radians(15.0))), rtol=1e-9)
 

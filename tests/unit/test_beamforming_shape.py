@@ -1,8 +1,11 @@
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
+from echobeam.beamforming.ellipse import EDGE_POINTS, ellipse_grid
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.relaxation.model import (
     build_model,
@@ -12,6 +15,7 @@ from echobeam.beamforming.relaxation.model import (
     ripple_excess,
 )
 from echobeam.beamforming.relaxation.shape import best_shape
+from echobeam.physics.planar import PlanarArray
 
 DEG = np.pi / 180.0
 
@@ -72,10 +76,36 @@ def test_flattening_brings_any_covariance_into_its_ripple_at_the_same_power() ->
     assert ripple_excess(beam, flat).max() <= 2e-10
 
 
+@dataclass
+class _Near:
+    """The part of a beam that cuts look at: the neighbours of its grid points."""
+
+    near: np.ndarray
+
+
 def test_cuts_are_the_peaks_above_the_tolerance_and_their_neighbours() -> None:
     excess = np.array([0.3, 0.1, 0.0, -1.0, 0.5, 0.6, 0.5, -1.0, 1e-12])
-    chosen = np.flatnonzero(new_cuts(excess, 1e-9))
+    place = np.arange(9)
+    near = np.stack([place - 1, np.where(place < 8, place + 1, -1)], axis=-1)
+    chosen = np.flatnonzero(new_cuts(_Near(near), excess, 1e-9))
     assert chosen.tolist() == [0, 1, 4, 5, 6]
+
+
+def test_over_an_ellipse_a_peak_brings_its_neighbours_along_both_axes() -> None:
+    cover = 0.0004 * np.array([[[4.0, 1.0], [1.0, 2.0]]])
+    problem = BeamProblem(
+        [[0.1, 0.2]], [100.0], cover, 0.5, 0, 1, 1, resolution=0.01, array=PlanarArray(4, 4)
+    )
+    beam = build_model(problem).beams[0]
+    grid, mask = ellipse_grid(problem.angles, cover, 0.01)
+    assert mask.all()
+    points = np.rint((grid[0] - problem.angles) / 0.01).astype(int)
+    lattice = {tuple(step): EDGE_POINTS + k for k, step in enumerate(points[EDGE_POINTS:].tolist())}
+    excess = np.full(len(points), -1.0)
+    excess[lattice[1, 0]], excess[lattice[2, 0]], excess[5] = 0.4, 0.3, 0.2
+    chosen = set(np.flatnonzero(new_cuts(beam, excess, 1e-9)).tolist())
+    around = {lattice[1 + i, j] for i, j in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))}
+    assert chosen == around | {4, 5, 6}
 
 
 def test_quadratic_forms_are_patterns() -> None:

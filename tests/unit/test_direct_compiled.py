@@ -16,8 +16,9 @@ import pytest
 from echobeam.beamforming.certify.certificate import FEASIBLE, violation
 from echobeam.beamforming.direct import compiling, solve_batch
 from echobeam.beamforming.problem import ProblemBatch
+from echobeam.physics.planar import PlanarArray
 
-from ..interpreted import interpreted
+from ..interpreted import interpreted, solve_interpreted
 from ..problems import problem_batch
 
 
@@ -61,15 +62,68 @@ CASES = {
 }
 
 
+def _planar(seed: int, array: PlanarArray, count: int, **changes: Any) -> ProblemBatch:
+    rng = np.random.default_rng(seed)
+    shape = (2, count)
+    root = rng.normal(size=(*shape, 2, 2)) * rng.uniform(0.02, 0.06, (*shape, 1, 1))
+    values: dict[str, Any] = {
+        "angles": rng.uniform(-0.5, 0.5, (*shape, 2)),
+        "loss": 10.0 ** rng.uniform(-1.0, 1.0, shape),
+        "coverage_halfwidths": root @ np.swapaxes(root, -1, -2),
+        "active": np.ones(shape, dtype=bool),
+        "ripple": np.full(count, 0.2 * array.elements),
+        "min_rate": np.zeros(count),
+        "power": 1.0,
+        "array": array,
+        "resolution": 0.05,
+    }
+    return ProblemBatch(**{**values, **changes})
+
+
+BOTH = {
+    **{name: batch.taken(np.arange(2)) for name, batch in CASES.items()},
+    "a planar array": _planar(20, PlanarArray(4, 4), 1),
+    "two objects of a planar array": _planar(21, PlanarArray(3, 4), 2),
+    "two polarisations": _planar(22, PlanarArray(4, 3, polarisations=2), 2),
+    "no cover of a planar array": _planar(
+        23, PlanarArray(3, 3), 2, coverage_halfwidths=np.zeros((2, 2, 2, 2))
+    ),
+}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", BOTH)
 def test_both_find_the_same_beams(name: str) -> None:
-    batch = CASES[name].taken(np.arange(2))
-    found, plain = solve_batch(batch), interpreted().batch.solve_batch(batch)
+    batch = BOTH[name]
+    found, plain = solve_batch(batch), solve_interpreted(batch)
     np.testing.assert_array_equal(found.converged, plain.converged)
     np.testing.assert_array_equal(found.floors_infeasible, plain.floors_infeasible)
     np.testing.assert_allclose(found.objective, plain.objective, rtol=1e-7)
     np.testing.assert_allclose(found.floor_factor, plain.floor_factor, rtol=1e-7)
+
+
+def test_the_interpreted_solver_is_not_the_compiled_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python functions put in place of two of its own are called, for each trial and step."""
+    direct, calls = interpreted(), {"descend": 0, "step": 0}
+
+    def counted(module: Any, name: str) -> None:
+        inner = getattr(module, name)
+
+        def count(*arguments: Any) -> Any:
+            calls[name] += 1
+            return inner(*arguments)
+
+        monkeypatch.setattr(module, name, count)
+
+    counted(direct.trials, "descend")
+    counted(direct.climb, "step")
+    batch = BOTH["two antennas"]
+    plain = solve_interpreted(batch)
+    assert calls["descend"] == len(batch)
+    assert calls["step"] >= plain.iterations.sum() > 0
+    before = dict(calls)
+    np.testing.assert_allclose(solve_batch(batch).objective, plain.objective, rtol=1e-7)
+    assert calls == before
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from echobeam.beamforming import subspace
-from echobeam.beamforming.coverage import coverage_grid
-from echobeam.beamforming.direct.batch import CHIRPS
+from echobeam.beamforming.coverage import cover_grid
+from echobeam.beamforming.direct.batch import chirps
 from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import AntennaArray, PlanarArray
 
 from ..interpreted import interpreted
 
@@ -25,17 +26,47 @@ grid, shape, shapes, start, steering = (
 ANGLES = np.radians([75.0, 130.0])
 RESOLUTION = np.radians(0.1)
 NOBODY = np.empty((0, 0), dtype=complex)
+EVEN = np.array([[0.6]])
+"""Rate of a linear array's first chirp."""
+
+LATER = 30
+"""Index from which a point is taken that is not imposed at first."""
 
 
-def _covers(halfwidths: Any, ripple: float, n_tx: int, angles: np.ndarray = ANGLES) -> Any:
-    points, mask = coverage_grid(angles, np.radians(halfwidths), RESOLUTION)
-    phases = LinearArray(1).phase(points)
-    reach = np.sum(mask, axis=-1) // 2
-    return shapes.Covers(phases, reach, np.full(angles.size, ripple / n_tx))
+def _covers(halfwidths: Any, ripple: float, n_tx: int) -> Any:
+    return _of(LinearArray(n_tx), ANGLES, np.radians(halfwidths), RESOLUTION, ripple)
 
 
-def _weights(made: Any, beam: int) -> np.ndarray:
-    weights = np.empty(made.basis.shape[-1], dtype=complex)
+def _of(
+    array: AntennaArray, directions: np.ndarray, covers: np.ndarray, step: float, ripple: float
+) -> Any:
+    ((_, layout),) = direct.layout.layouts(array, directions[None], covers[None], step)
+    return shapes.Covers(
+        own=layout.own[0],
+        nodes=layout.nodes[0],
+        grid=layout.grid[0],
+        points=layout.count[0],
+        near=layout.near[0],
+        first=layout.first[0],
+        bow=layout.bow[0],
+        spare=layout.spare,
+        ripple=np.full(len(directions), ripple / array.elements),
+        n_tx=array.elements,
+        columns=array.shape[1],
+    )
+
+
+def _impose(covers: Any, made: Any, beam: int, excess: np.ndarray) -> Any:
+    one = shapes.shape_of(made, beam)
+    near = covers.near[min(beam, len(covers.near) - 1)]
+    grid.impose(one, excess, covers.spare, covers.grid[beam], near, covers.columns)
+    return one
+
+
+def _weights(covers: Any, made: Any, beam: int) -> np.ndarray:
+    """Weights of all columns, one after the other."""
+    columns = made.response.shape[1] // 2
+    weights = np.empty(columns * covers.n_tx, dtype=complex)
     steering.lift(made.basis[beam], made.z[beam], weights)
     return weights
 
@@ -49,11 +80,12 @@ def _slacks(made: Any, beam: int) -> np.ndarray:
 
 
 def _excess(covers: Any, made: Any, beam: int) -> np.ndarray:
-    excess = np.full(covers.phases.shape[1], np.nan)
-    weights = np.empty(made.basis.shape[-1], dtype=complex)
+    excess = np.full(covers.grid.shape[2], np.nan)
+    weights = np.empty(covers.n_tx * made.response.shape[1] // 2, dtype=complex)
     worst = shapes.excess_of(covers, made, beam, weights, excess)
-    found = excess[: 2 * covers.reach[beam] + 1]
+    found = excess[: covers.points[beam]]
     assert worst == found.max()
+    assert np.isnan(excess[covers.points[beam] :]).all()
     return np.asarray(found)
 
 
@@ -63,55 +95,59 @@ def _pattern(weights: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
 
 def _own_grid(covers: Any, beam: int) -> np.ndarray:
-    reach = covers.reach[beam]
+    reach = covers.points[beam] // 2
     return np.asarray(ANGLES[beam] + RESOLUTION * np.arange(-reach, reach + 1))
 
 
 def test_every_start_leaves_slack_in_the_ripple_imposed() -> None:
-    for chirp in CHIRPS:
-        made = shapes.set_out(_covers([10.0, 10.0], 1.0, 30), 30, chirp, NOBODY)
+    for chirp in chirps(LinearArray(30)):
+        made = shapes.set_out(_covers([10.0, 10.0], 1.0, 30), chirp, NOBODY)
         for beam in range(2):
             assert _slacks(made, beam).min() > 0.0
             assert made.scalars[beam, shape.RIPPLE] >= made.scalars[beam, shape.TARGET]
 
 
 def test_a_wide_start_is_complex_and_spreads_its_power() -> None:
-    made = shapes.set_out(_covers([10.0, 10.0], 1.0, 30), 30, 0.6, NOBODY)
+    covers = _covers([10.0, 10.0], 1.0, 30)
+    made = shapes.set_out(covers, EVEN, NOBODY)
     size = made.z.shape[1] // 2
     assert np.max(np.abs(made.z[:, size:])) > 0.1
-    widest = _pattern(_weights(made, 0), np.radians([66.0, 75.0, 84.0]))
+    widest = _pattern(_weights(covers, made, 0), np.radians([66.0, 75.0, 84.0]))
     assert widest.min() > 0.1 * widest.max()
 
 
 def test_where_the_cover_does_not_bind_the_start_is_the_matched_beam() -> None:
-    made = shapes.set_out(_covers([0.1, 0.1], 15.0, 30), 30, 0.6, NOBODY)
+    covers = _covers([0.1, 0.1], 15.0, 30)
+    made = shapes.set_out(covers, EVEN, NOBODY)
     assert not made.z.any()
     np.testing.assert_array_equal(made.scalars[:, shape.BARRIER], start.MATCHED_BARRIER)
     matched = LinearArray(30).steering(ANGLES[0]) / np.sqrt(30)
-    np.testing.assert_allclose(np.abs(np.vdot(matched, _weights(made, 0))), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(np.abs(np.vdot(matched, _weights(covers, made, 0))), 1.0, rtol=1e-12)
 
 
 def test_a_good_warm_start_is_taken_and_a_bad_one_is_not() -> None:
     covers = _covers([3.0, 3.0], 2.0, 30)
-    cold = shapes.set_out(covers, 30, 0.6, NOBODY)
-    warm = np.array([_weights(cold, beam) for beam in range(2)]) * np.exp(0.7j) * 5.0
+    cold = shapes.set_out(covers, EVEN, NOBODY)
+    warm = np.array([_weights(covers, cold, beam) for beam in range(2)]) * np.exp(0.7j) * 5.0
     warm[1] = np.nan
-    made, other = (shapes.set_out(covers, 30, 1.0, given) for given in (warm, NOBODY))
+    with np.errstate(invalid="ignore"):  # as the compiled solver is called
+        made = shapes.set_out(covers, np.ones((1, 1)), warm)
+    other = shapes.set_out(covers, np.ones((1, 1)), NOBODY)
     np.testing.assert_allclose(made.z[0], cold.z[0], atol=1e-9)
     np.testing.assert_array_equal(made.z[1], other.z[1])
     away = np.tile(LinearArray(30).steering(np.radians(20.0)), (2, 1))
-    np.testing.assert_array_equal(shapes.set_out(covers, 30, 1.0, away).z, other.z)
+    np.testing.assert_array_equal(shapes.set_out(covers, np.ones((1, 1)), away).z, other.z)
 
 
 def _made() -> tuple[Any, Any]:
     covers = _covers([6.0, 4.0], 2.0, 24)
-    return covers, shapes.set_out(covers, 24, 0.6, NOBODY)
+    return covers, shapes.set_out(covers, EVEN, NOBODY)
 
 
 def test_the_excess_on_the_grid_is_that_of_the_steering_vectors() -> None:
     covers, made = _made()
     for beam in range(2):
-        weights = _weights(made, beam)
+        weights = _weights(covers, made, beam)
         own = _pattern(weights, ANGLES[beam])
         np.testing.assert_allclose(own, 24.0, rtol=1e-10)
         ripple = np.abs(_pattern(weights, _own_grid(covers, beam)) - own)
@@ -121,44 +157,43 @@ def test_the_excess_on_the_grid_is_that_of_the_steering_vectors() -> None:
 
 def test_points_that_are_missed_are_imposed_and_the_first_ones_stay() -> None:
     covers, made = _made()
-    size = covers.phases.shape[1]
     for beam, missed in ((0, 20), (1, 30)):
-        one = shapes.shape_of(made, beam)
-        reach, before = covers.reach[beam], one.points.copy()
-        excess = np.full(2 * reach + 1, -0.9)
+        before = made.points[beam].copy()
+        excess = np.full(covers.points[beam], -0.9)
         excess[missed] = 0.3
-        first = size // 2 - reach
-        grid.impose(one, excess, first, made.spare, covers.phases[beam])
-        assert first + missed in one.points
-        kept = one.points.size - made.spare
+        one = _impose(covers, made, beam, excess)
+        assert missed in one.points
+        kept = one.points.size - covers.spare
         np.testing.assert_array_equal(one.points[:kept], before[:kept])
 
 
 def test_a_first_point_gives_way_when_no_other_is_idle() -> None:
     covers, made = _made()
-    one, size = shapes.shape_of(made, 0), covers.phases.shape[1]
-    kept = one.points.size - made.spare
-    one.points[kept:] = np.arange(31, 31 + 2 * made.spare, 2)
+    one, size = shapes.shape_of(made, 0), covers.grid.shape[2]
+    assert covers.points[0] == size
+    kept = one.points.size - covers.spare
+    one.points[kept:] = np.arange(31, 31 + 2 * covers.spare, 2)
     excess = np.full(size, -0.9)
-    excess[31 : 31 + 2 * made.spare] = 0.0
+    excess[31 : 31 + 2 * covers.spare] = 0.0
     missed = next(point for point in range(5, 28) if point not in one.points)
     excess[missed] = 0.5
     before = one.points.copy()
-    assert covers.reach[0] == size // 2
-    grid.impose(one, excess, 0, made.spare, covers.phases[0])
+    _impose(covers, made, 0, excess)
     assert missed in one.points[:kept]
     np.testing.assert_array_equal(one.points[kept:], before[kept:])
 
 
 def test_new_points_have_their_rows_and_room_in_the_ripple() -> None:
     covers, made = _made()
-    size = covers.phases.shape[1]
     for beam in range(2):
-        one, excess = shapes.shape_of(made, beam), _excess(covers, made, beam)
-        first = size // 2 - covers.reach[beam]
-        grid.impose(one, excess, first, made.spare, covers.phases[beam])
-        weights = _weights(made, beam)
-        turns = np.exp(-1j * covers.phases[beam, one.points][:, None] * np.arange(24))
+        before = made.points[beam].copy()
+        excess = _excess(covers, made, beam)
+        missed = next(point for point in range(LATER, excess.size) if point not in before)
+        excess[missed] = 0.3
+        one = _impose(covers, made, beam, excess)
+        assert missed in one.points
+        weights = _weights(covers, made, beam)
+        turns = np.exp(-1j * covers.grid[beam, 0, one.points][:, None] * np.arange(24))
         expected = np.abs(turns @ weights) ** 2 / 24
         found = np.sum(one.response[:, : one.low.size] ** 2, axis=0)
         np.testing.assert_allclose(found, expected, atol=1e-10)
@@ -170,8 +205,82 @@ def test_patched_beams_keep_the_grid_and_the_gain() -> None:
     for beam in range(2):
         grid.patch(made.z[beam], _excess(covers, made, beam).max())
         assert _excess(covers, made, beam).max() <= 1e-6
-        own = _pattern(_weights(made, beam), ANGLES[beam])
+        own = _pattern(_weights(covers, made, beam), ANGLES[beam])
         np.testing.assert_allclose(own, 24.0, rtol=1e-9)
+
+
+DIRECTIONS = np.array([[0.1, 0.2], [-0.3, 0.4]])
+ELLIPSES = np.array([[[0.03, 0.01], [0.01, 0.02]], [[0.008, 0.0], [0.0, 0.02]]])
+
+
+def _planar(polarisations: int) -> tuple[PlanarArray, Any, Any]:
+    array = PlanarArray(4, 5, polarisations=polarisations)
+    covers = _of(array, DIRECTIONS, ELLIPSES, 0.03, 1.0)
+    return array, covers, shapes.set_out(covers, chirps(array)[0], NOBODY)
+
+
+def _own_pattern(array: PlanarArray, weights: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Power of all columns together, element by element."""
+    total = np.zeros(len(directions))
+    for column in weights.reshape(-1, array.elements):
+        for place, (u, v) in enumerate(directions):
+            phases = [np.pi * (i * u + j * v) for i in range(4) for j in range(5)]
+            total[place] += abs(np.exp(-1j * np.array(phases)) @ column) ** 2
+    return total
+
+
+@pytest.mark.parametrize("polarisations", [1, 2])
+def test_the_excess_over_an_ellipse_is_that_of_all_columns(polarisations: int) -> None:
+    array, covers, made = _planar(polarisations)
+    points, mask = cover_grid(array, DIRECTIONS, ELLIPSES, 0.03)
+    for beam in range(2):
+        weights = _weights(covers, made, beam)
+        assert weights.size == array.n
+        assert np.all(np.linalg.norm(weights.reshape(polarisations, -1), axis=1) > 0.01)
+        own = _own_pattern(array, weights, DIRECTIONS[[beam]])
+        np.testing.assert_allclose(own, 20.0, rtol=1e-10)
+        ripple = np.abs(_own_pattern(array, weights, points[beam, mask[beam]]) - own)
+        expected = ripple / np.sum(np.abs(weights) ** 2) - 1.0
+        np.testing.assert_allclose(_excess(covers, made, beam), expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("polarisations", [1, 2])
+def test_new_points_of_an_ellipse_have_their_rows_and_room_in_the_ripple(
+    polarisations: int,
+) -> None:
+    array, covers, made = _planar(polarisations)
+    points, _ = cover_grid(array, DIRECTIONS, ELLIPSES, 0.03)
+    for beam in range(2):
+        before = made.points[beam].copy()
+        excess = _excess(covers, made, beam)
+        missed = next(point for point in range(LATER, excess.size) if point not in before)
+        excess[missed] = 0.3
+        one = _impose(covers, made, beam, excess)
+        assert missed in one.points
+        weights = _weights(covers, made, beam)
+        expected = _own_pattern(array, weights, points[beam, one.points]) / 20.0
+        found = np.sum(one.response[:, : one.low.size] ** 2, axis=0)
+        np.testing.assert_allclose(found, expected, atol=1e-10)
+        assert _slacks(made, beam).min() > 0.0
+
+
+@pytest.mark.parametrize("polarisations", [1, 2])
+def test_a_warm_start_over_an_ellipse_is_taken_whatever_its_phase_and_polarisation(
+    polarisations: int,
+) -> None:
+    array, covers, made = _planar(polarisations)
+    rng = np.random.default_rng(2)
+    turn, _ = np.linalg.qr(rng.normal(size=(polarisations, polarisations, 2)) @ [1.0, 1.0j])
+    warm = np.stack([_weights(covers, made, beam) for beam in range(2)])
+    turned = np.einsum("pq,bqn->bpn", turn, warm.reshape(2, polarisations, -1)).reshape(2, -1)
+    again = shapes.set_out(covers, chirps(array)[1], 3.0 * turned)
+    for beam in range(2):
+        before, after = (_weights(covers, m, beam) for m in (made, again))
+        assert np.linalg.norm(after) == pytest.approx(np.linalg.norm(before), rel=1e-9)
+        points = DIRECTIONS[beam] + 0.3 * rng.uniform(-1.0, 1.0, (20, 2))
+        np.testing.assert_allclose(
+            _own_pattern(array, after, points), _own_pattern(array, before, points), atol=1e-8
+        )
 
 
 @pytest.mark.parametrize("n_tx", [2, 7, 30])
@@ -180,11 +289,20 @@ def test_real_coordinates_are_those_of_the_reduction(n_tx: int) -> None:
     vector, weights = np.empty(n_tx), np.empty(n_tx, dtype=complex)
     coordinates = rng.standard_normal(n_tx) + 1j * rng.standard_normal(n_tx)
     for phase in (0.0, 0.3, -2.5, np.pi):
-        steering.fill_steering(phase, vector)
-        expected = subspace.real_steering(np.array(phase), n_tx) / np.sqrt(n_tx)
+        steering.fill_steering(np.array([phase]), n_tx, vector)
+        expected = subspace.real_steering(np.array([phase]), (1, n_tx)) / np.sqrt(n_tx)
         np.testing.assert_allclose(vector, expected, atol=1e-14)
     steering.to_antennas(coordinates, weights)
     np.testing.assert_allclose(weights, subspace.to_beams(coordinates), atol=1e-15)
     back = np.empty(n_tx, dtype=complex)
     steering.from_antennas(weights, back)
     np.testing.assert_allclose(back, coordinates, atol=1e-14)
+
+
+@pytest.mark.parametrize("size", [(1, 6), (6, 1), (2, 2), (3, 3), (4, 5), (5, 4), (3, 7), (8, 8)])
+def test_planar_steering_is_that_of_the_reduction(size: tuple[int, int]) -> None:
+    vector = np.empty(size[0] * size[1])
+    for phases in np.random.default_rng(3).uniform(-np.pi, np.pi, (5, 2)):
+        steering.fill_steering(phases, size[1], vector)
+        expected = subspace.real_steering(phases, size) / np.sqrt(vector.size)
+        np.testing.assert_allclose(vector, expected, atol=1e-14)

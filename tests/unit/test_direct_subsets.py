@@ -123,6 +123,8 @@ def test_every_trial_has_the_work_of_its_own_covers() -> None:
             [narrow.coverage_halfwidths, 20.0 * wide.coverage_halfwidths]
         ),
     )
-    (task,), (alone,) = batch._tasks(both), batch._tasks(narrow)
-    assert task.most_steps[0] == alone.most_steps[0]
-    assert task.most_steps[1] < task.most_steps[0]
+    (alone,) = batch._tasks(narrow)
+    tasks = {int(trial): task for task in batch._tasks(both) for trial in task.which}
+    assert sorted(tasks) == [0, 1]
+    assert tasks[0].most_steps == alone.most_steps
+    assert tasks[1].most_steps < tasks[0].most_steps

@@ -13,6 +13,18 @@ from echobeam.values import Array, ComplexArray
 
 Status = Literal["optimal", "infeasible", "fallback"]
 
+Outcome = Literal["converged", "unproved", "floors lowered", "flat", "violated"]
+"""What became of a design, see `BeamAnswer.outcome`."""
+
+STATUS: dict[Outcome, Status] = {
+    "converged": "optimal",
+    "unproved": "optimal",
+    "floors lowered": "fallback",
+    "flat": "fallback",
+    "violated": "fallback",
+}
+"""Status of each outcome: a fallback misses a constraint, or is flat for want of other beams."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BeamAnswer:
@@ -26,10 +38,12 @@ class BeamAnswer:
         Sum rate at the predicted channel, bit/s/Hz, Eq. (38a).
     proof
         Of `upper_bound`, which is computed when first asked for.
-    status
-        ``"optimal"``: feasible and converged. ``"fallback"``: the floors (38e) cannot all be met
-        (or no solver converged); the beams serve all objects fairly and the message names the
-        fault. ``"infeasible"``: no beams could be given.
+    outcome
+        ``"converged"``: all constraints are kept, and the solver proved a (local) optimum.
+        ``"unproved"``: all constraints are kept, but the search ended early. ``"floors lowered"``:
+        the floors (38e) cannot all be met; the beams serve all objects fairly and the message names
+        the fault. ``"flat"``: the cover leaves no better beams than flat ones. ``"violated"``: no
+        beams were found that keep all constraints.
     message
         What happened, in words.
     rates
@@ -43,12 +57,17 @@ class BeamAnswer:
     beams: ComplexArray
     objective: float
     proof: Proof
-    status: Status
+    outcome: Outcome
     message: str
     rates: Array
     max_violation: Violation
     seconds: float
     iterations: int
+
+    @property
+    def status(self) -> Status:
+        """``"optimal"`` where all constraints are kept, ``"fallback"`` where not, or flat."""
+        return STATUS[self.outcome]
 
     @property
     def upper_bound(self) -> float:

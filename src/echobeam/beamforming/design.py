@@ -4,34 +4,27 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from importlib import import_module
 from numbers import Real
-from typing import Any
 
 import numpy as np
 
-from echobeam.beamforming.answer import BatchAnswer, BeamAnswer
+from echobeam.beamforming.answer import STATUS, BatchAnswer, BeamAnswer
 from echobeam.beamforming.certify.certificate import FEASIBLE, floor_part, violation
 from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.coverage import cover_size
+from echobeam.beamforming.direct import DirectResult
 from echobeam.beamforming.fast import (
-    batch_of,
     better_given,
     short_floors,
+    solve,
     solve_examined,
 )
+from echobeam.beamforming.methods import METHODS
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.trials import distinct_trials, sound_trials
 from echobeam.values import ComplexArray
-
-SOLVERS = {
-    "fast": ("echobeam.beamforming.fast", "solve"),
-    "sdp": ("echobeam.beamforming.relaxation.solver", "solve"),
-    "reference": ("echobeam.beamforming.reference", "solve"),
-}
-"""Where each method's ``solve(problem) -> Proposal`` lives; imported when first used."""
 
 GAP = 1e-4
 """Relative gap that is proved unless another one is asked for."""
@@ -50,7 +43,7 @@ def design_beams(
     problem
         Objects, coverage, floors, power.
     method
-        ``"fast"``: the direct solver on rank-one beams, and ``"sdp"`` where that fails. ``"sdp"``:
+        See `methods`. ``"fast"``: the direct solver, and ``"sdp"`` where that fails. ``"sdp"``:
         the reduced relaxation and a rank-one beam from it. ``"reference"``: the paper's SDR + SCA +
         IRM through CVXPY.
     certify
@@ -77,13 +70,16 @@ def design_beams(
     _check_types(problem, gap)
     _check_size(problem)
     begun = time.perf_counter()
-    proposal = _nothing(problem) if problem.n_objects == 0 else _solver(method)(problem)
+    if problem.n_objects == 0:
+        return _judged(problem, _nothing(problem), begun)
+    answer = _answered(problem, METHODS[method].solver()(problem), begun)
+    return _certified(problem, answer, gap, begun) if certify else answer
+
+
+def _answered(problem: BeamProblem, proposal: Proposal, begun: float) -> BeamAnswer:
+    """Return what a proposal achieves, or the beams that were given where these are better."""
     answer = _judged(problem, proposal, begun)
-    if problem.n_objects > 0 and problem.warm_start is not None:
-        answer = _or_given(problem, answer, begun)
-    if certify and problem.n_objects > 0 and answer.status != "infeasible":
-        answer = _certified(problem, answer, gap, begun)
-    return answer
+    return answer if problem.warm_start is None else _or_given(problem, answer, begun)
 
 
 def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
@@ -107,11 +103,12 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
         objective=np.zeros(len(distinct)),
         fallback=np.zeros(len(distinct), dtype=bool),
     )
+    found: dict[int, DirectResult] = {}
     left = list(range(len(distinct)))
     if method == "fast":
-        left = _design_together(distinct, answer)
+        left, found = _design_together(distinct, answer)
     for trial in left:
-        _put(answer, distinct, trial, _one(distinct, trial, method))
+        _put(answer, distinct, trial, _one(distinct, trial, method, found.get(trial)))
     _take_given(distinct, answer)
     return BatchAnswer(
         beams=answer.beams[same_as],
@@ -143,18 +140,18 @@ def _take_given(batch: ProblemBatch, answer: BatchAnswer) -> None:
 def _or_given(problem: BeamProblem, answer: BeamAnswer, begun: float) -> BeamAnswer:
     """Return the answer, or the beams that it was to start from where these are better."""
     objective, met = np.array([answer.objective]), np.array([answer.status == "optimal"])
-    if not better_given(batch_of(problem), objective, met)[0]:
+    if not better_given(problem.batch(), objective, met)[0]:
         return answer
     assert problem.warm_start is not None
     given = Proposal(
-        np.array(problem.warm_start), answer.proof, "optimal", GIVEN, answer.iterations
+        np.array(problem.warm_start), answer.proof, "unproved", GIVEN, answer.iterations
     )
     return _judged(problem, given, begun)
 
 
 def _check_method(method: str) -> None:
-    if not isinstance(method, str) or method not in SOLVERS:
-        raise ProblemError(f"method must be one of {', '.join(SOLVERS)}, not {method!r}")
+    if not isinstance(method, str) or method not in METHODS:
+        raise ProblemError(f"method must be one of {', '.join(METHODS)}, not {method!r}")
 
 
 def _check_types(problem: object, gap: object) -> None:
@@ -173,11 +170,13 @@ def _check_size(problem: BeamProblem) -> None:
         )
 
 
-def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> list[int]:
-    """Take what the direct solver finds; return the trials that are left."""
-    sound = sound_trials(batch)
-    which = np.flatnonzero(sound)
-    found, good = solve_examined(batch.taken(which))
+def _design_together(
+    batch: ProblemBatch, answer: BatchAnswer
+) -> tuple[list[int], dict[int, DirectResult]]:
+    """Take what the direct solver finds; return the trials left, and what it found for them."""
+    which = np.flatnonzero(sound_trials(batch))
+    found, missed = solve_examined(batch.taken(which))
+    good = found.converged & (missed.largest <= FEASIBLE)
     kept = which[good]
     answer.beams[kept] = found.beams[good]
     answer.objective[kept] = found.objective[good]
@@ -185,7 +184,13 @@ def _design_together(batch: ProblemBatch, answer: BatchAnswer) -> list[int]:
     answer.fallback[which[short]] = True
     messages = short_floors(batch.taken(which), found, short)
     answer.messages.update(zip(which[short].tolist(), messages, strict=True))
-    return sorted(set(range(len(batch))) - set(kept.tolist()))
+    bad = np.flatnonzero(~good)
+    active = batch.active[which[bad]]
+    poor = {
+        trial: found.trial(place, there)
+        for trial, place, there in zip(which[bad].tolist(), bad.tolist(), active, strict=True)
+    }
+    return sorted(set(range(len(batch))) - set(kept.tolist())), poor
 
 
 def _put(answer: BatchAnswer, batch: ProblemBatch, trial: int, found: BeamAnswer | str) -> None:
@@ -199,21 +204,27 @@ def _put(answer: BatchAnswer, batch: ProblemBatch, trial: int, found: BeamAnswer
         answer.fallback[trial], answer.messages[trial] = True, found.message
 
 
-def _one(batch: ProblemBatch, trial: int, method: str) -> BeamAnswer | str:
+def _one(
+    batch: ProblemBatch, trial: int, method: str, found: DirectResult | None
+) -> BeamAnswer | str:
+    """Return the answer to one trial, or in words why there is none.
+
+    ``found`` is what the direct solver found for it, if it was asked already.
+    """
     try:
-        return design_beams(batch.problem(trial), method)
+        problem = batch.problem(trial)
+        if found is None:
+            return design_beams(problem, method)
+        _check_size(problem)
+        begun = time.perf_counter()
+        return _answered(problem, solve(problem, found), begun)
     except ProblemError as error:
         return str(error)
 
 
-def _solver(method: str) -> Any:
-    module, name = SOLVERS[method]
-    return getattr(import_module(module), name)
-
-
 def _nothing(problem: BeamProblem) -> Proposal:
     beams: ComplexArray = np.zeros((0, problem.n_tx), dtype=complex)
-    return Proposal(beams, proof=Proof(0.0), status="optimal", message="", iterations=0)
+    return Proposal(beams, proof=Proof(0.0), outcome="converged", message="", iterations=0)
 
 
 def _certified(problem: BeamProblem, answer: BeamAnswer, gap: float, begun: float) -> BeamAnswer:
@@ -224,7 +235,7 @@ def _certified(problem: BeamProblem, answer: BeamAnswer, gap: float, begun: floa
     found = certify(stated, answer.beams, answer.objective, gap)
     if found.beams is not None:
         proposed = Proposal(
-            found.beams, Proof(found.bound), answer.status, answer.message, answer.iterations
+            found.beams, Proof(found.bound), answer.outcome, answer.message, answer.iterations
         )
         judged = _judged(problem, proposed, begun)
         keeps = violation(stated, found.beams).largest <= FEASIBLE
@@ -246,15 +257,15 @@ def _with_floors_met(problem: BeamProblem, answer: BeamAnswer) -> BeamProblem:
 def _judged(problem: BeamProblem, proposal: Proposal, begun: float) -> BeamAnswer:
     achieved = rates(problem, proposal.beams)
     missed = proposal.examined or violation(problem, proposal.beams)
-    status, message = proposal.status, proposal.message
-    if status == "optimal" and missed.largest > FEASIBLE:
-        status = "fallback"
+    outcome, message = proposal.outcome, proposal.message
+    if STATUS[outcome] == "optimal" and missed.largest > FEASIBLE:
+        outcome = "violated"
         message = f"no design was found that keeps all constraints: {missed}"
     return BeamAnswer(
         beams=proposal.beams,
         objective=float(np.sum(achieved)),
         proof=proposal.proof,
-        status=status,
+        outcome=outcome,
         message=message,
         rates=achieved,
         max_violation=missed,

@@ -5,23 +5,23 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 
+from echobeam.beamforming.answer import Outcome
 from echobeam.beamforming.certify.certificate import (
     FEASIBLE,
-    coverage_excess,
+    Violations,
     floor_part,
-    rate_shortfall,
     violation,
+    violations,
 )
 from echobeam.beamforming.certify.proof import Proof
-from echobeam.beamforming.coverage import cover_grid, cover_size, has_cover
+from echobeam.beamforming.coverage import has_cover
 from echobeam.beamforming.direct import LEAST_ANTENNAS, DirectResult, solve_batch
 from echobeam.beamforming.flat import STIFF_LOBES, flat_proposal, problem_lobes, single_proposal
 from echobeam.beamforming.objective import beam_gains, rates, rates_from_gains
-from echobeam.beamforming.problem import BeamProblem, ProblemBatch
+from echobeam.beamforming.problem import BeamProblem, ProblemBatch, only_active
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.relaxation import solver as relaxation
 from echobeam.beamforming.relaxation.conic import limited
@@ -35,8 +35,6 @@ GIVEN_FEASIBLE = 1e-8
 
 RAISED = 1e-9
 """Rise of the sum rate, relative, from which beams given are the better ones: less is rounding."""
-
-ValueArray = TypeVar("ValueArray", Array, ComplexArray)
 
 LEAST_RIPPLE = 1e-3
 """With less ripple allowed there is hardly an interior for an interior-point method to be in: it
@@ -56,15 +54,19 @@ from `STIFF_LOBES` on with hardly any ripple allowed, it was seen to take minute
 MOST_OBJECTS = 16
 """Objects up to which it does: it starts once for each, and 40 were seen to take minutes."""
 
-EXAMINED = 2e6
-"""Numbers of the full grids' steering vectors that are examined at a time."""
 
-
-def solve(problem: BeamProblem) -> Proposal:
+def solve(problem: BeamProblem, found: DirectResult | None = None) -> Proposal:
     """Solve problem (38) with K >= 1 objects; what the direct solver leaves, the relaxation does.
 
     Where the floors (38e) are out of reach, its beams meet the largest common part of them, and
     the message names what is at fault.
+
+    Parameters
+    ----------
+    problem
+        Problem (38).
+    found
+        What the direct solver found for it, if it was asked already.
     """
     if problem.array.elements < LEAST_ANTENNAS:
         return single_proposal(problem)
@@ -77,21 +79,17 @@ def solve(problem: BeamProblem) -> Proposal:
             return _relaxed(problem)
         if np.any(stiff & (problem.ripple < LEAST_SEARCHED)):
             return flat_proposal(problem, lobes)
-    batch = batch_of(problem)
-    found = _solved(batch)
-    factor = float(found.floor_factor[0])
-    examined = violation(problem, found.beams[0])
-    lowered = examined
-    if factor < 1.0:
-        reached = replace(problem, min_rate=problem.min_rate * factor)
-        lowered = violation(reached, found.beams[0])
-    if not found.converged[0] or lowered.largest > FEASIBLE:
+    batch = problem.batch()
+    if found is None:
+        found = _solved(batch)
+    missed = violations(batch, found.beams, found.floor_factor)
+    if not found.converged[0] or missed.largest[0] > FEASIBLE:
         unproved = _unproved(problem, found, problem_lobes(problem))
         # stiff and narrow was left to it above
         if not linear or stiff.any() or long_relaxation(problem):
             return unproved
         relaxed = _relaxed(problem)
-        if relaxed.status == "optimal" or _worth(problem, relaxed.beams) >= _worth(
+        if relaxed.outcome == "converged" or _worth(problem, relaxed.beams) >= _worth(
             problem, unproved.beams
         ):
             return relaxed
@@ -103,10 +101,10 @@ def solve(problem: BeamProblem) -> Proposal:
     return Proposal(
         beams=found.beams[0],
         proof=Proof(prove),
-        status="fallback" if short else "optimal",
+        outcome="floors lowered" if short else "converged",
         message=short_floors(batch, found, np.zeros(1, dtype=np.int64))[0] if short else "",
         iterations=int(found.iterations[0]),
-        examined=examined,
+        examined=None if short else missed.trial(0),
     )
 
 
@@ -141,12 +139,15 @@ def _unproved(problem: BeamProblem, found: DirectResult, lobes: Array) -> Propos
     widest = int(np.argmax(lobes))
     wide = f"object {widest}: its cover is {lobes[widest]:.0f} lobes wide"
     told = wide if lobes[widest] > STIFF_LOBES else f"{problem.n_objects} objects"
-    kept = "all constraints"
+    outcome: Outcome = "unproved"
+    kept = "all constraints, not proved the best"
     if reached[0] < 1.0:
+        outcome = "floors lowered"
         kept = f"power and coverage; all floors scaled by {reached[0]:.4g}"
     return replace(
         flat,
         beams=beams,
+        outcome=outcome,
         message=f"{told}, and the search did not converge; the beams keep {kept}",
         iterations=int(found.iterations[0]),
     )
@@ -167,8 +168,8 @@ def _worth(problem: BeamProblem, beams: ComplexArray) -> tuple[float, float]:
     return (1.0 if part >= 1.0 - FEASIBLE else part), float(np.sum(achieved))
 
 
-def solve_examined(batch: ProblemBatch) -> tuple[DirectResult, BoolArray]:
-    """Return what the direct solver found, and which trials' beams converged and keep (38).
+def solve_examined(batch: ProblemBatch) -> tuple[DirectResult, Violations]:
+    """Return what the direct solver found, and how far it is from feasible.
 
     Of floors (38e) that are out of reach the part counts that the solver says it meets.
 
@@ -178,14 +179,7 @@ def solve_examined(batch: ProblemBatch) -> tuple[DirectResult, BoolArray]:
         T trials.
     """
     found = _solved(batch)
-    good = found.converged.copy()
-    covers = _active(batch.active, batch.coverage_halfwidths)
-    numbers = cover_size(batch.array, covers, batch.resolution) * batch.active.shape[1] * batch.n_tx
-    size = int(EXAMINED / max(1.0, min(numbers, EXAMINED)))
-    for begin in range(0, len(batch), size):
-        part = np.arange(begin, min(begin + size, len(batch)))
-        good[part] &= _keeps(batch, found, part)
-    return found, good
+    return found, violations(batch, found.beams, found.floor_factor)
 
 
 def short_floors(batch: ProblemBatch, found: DirectResult, which: IntArray) -> list[str]:
@@ -216,7 +210,7 @@ def _alone(batch: ProblemBatch, found: DirectResult, which: IntArray) -> Array:
     """
     part = batch.taken(which)
     active = part.active
-    angles = _active(active, part.angles)
+    angles = only_active(active, part.angles)
     loss = np.where(active, part.loss, 1.0) / batch.power
     beams = np.where(active[..., np.newaxis], found.beams[which], 0.0)
     spent = np.sum(np.abs(beams) ** 2, axis=-1)
@@ -251,63 +245,14 @@ def better_given(batch: ProblemBatch, objective: Array, floors_met: BoolArray) -
     if batch.warm_start is None:
         return better
     active = batch.active
-    given = np.where(active[..., np.newaxis], batch.warm_start, 0.0)
+    given = only_active(active, batch.warm_start)
     there: BoolArray = np.asarray(np.isfinite(given).all(axis=(1, 2)) & active.any(axis=1))
     given = np.where(there[:, np.newaxis, np.newaxis], given, 0.0)
-    gains = beam_gains(given, _active(active, batch.angles), batch.array)
+    gains = beam_gains(given, only_active(active, batch.angles), batch.array)
     reached = rates_from_gains(gains, np.where(active, batch.loss, 1.0))
     higher = reached.sum(axis=-1) > objective * (1.0 + RAISED)
-    missed = rate_shortfall(reached, np.where(active, batch.min_rate, 0.0))
-    met: BoolArray = np.asarray((missed <= GIVEN_FEASIBLE).all(axis=-1))
-    which = np.flatnonzero(there & met & (higher | ~floors_met))
+    which = np.flatnonzero(there & (higher | ~floors_met))
     if which.size:
-        ones = np.ones(len(batch))
-        kept = DirectResult(given, ones, met, ~met, ones, np.zeros(len(batch), dtype=np.int64))
-        better[which] = _keeps(batch, kept, which, GIVEN_FEASIBLE)
+        missed = violations(batch.taken(which), given[which])
+        better[which] = missed.largest <= GIVEN_FEASIBLE
     return better
-
-
-def batch_of(problem: BeamProblem) -> ProblemBatch:
-    """Return one problem as a batch of one."""
-    warm = problem.warm_start
-    return ProblemBatch(
-        angles=problem.angles[np.newaxis],
-        loss=problem.loss[np.newaxis],
-        coverage_halfwidths=problem.coverage_halfwidths[np.newaxis],
-        active=np.ones((1, problem.n_objects), dtype=bool),
-        ripple=problem.ripple,
-        min_rate=problem.min_rate,
-        power=problem.power,
-        array=problem.array,
-        resolution=problem.resolution,
-        warm_start=None if warm is None else warm[np.newaxis],
-    )
-
-
-def _active(active: BoolArray, values: ValueArray) -> ValueArray:
-    """Return values ``(T, K, ...)`` with zeros for inactive objects, whose values may be NaN."""
-    there = active.reshape(*active.shape, *(1,) * (values.ndim - active.ndim))
-    return np.where(there, values, 0.0)
-
-
-def _keeps(
-    batch: ProblemBatch, found: DirectResult, part: IntArray, most: float = FEASIBLE
-) -> BoolArray:
-    """Return which trials of a part keep power, floors and coverage on the full grid.
-
-    ``most`` is the largest relative violation that passes.
-    """
-    active = batch.active[part]
-    beams = _active(active, found.beams[part])
-    angles, covers = (_active(active, v[part]) for v in (batch.angles, batch.coverage_halfwidths))
-    loss = np.where(active, batch.loss[part], 1.0)
-    grid, mask = cover_grid(batch.array, angles, covers, batch.resolution)
-    excess = coverage_excess(beams, angles, grid, mask, batch.ripple, batch.array)
-    spent = np.sum(np.abs(beams) ** 2, axis=(-2, -1)) / batch.power - 1.0
-    gains = beam_gains(beams, angles, batch.array)
-    achieved = rates_from_gains(gains, loss)
-    floors = np.where(active, batch.min_rate, 0.0) * found.floor_factor[part, np.newaxis]
-    missed = rate_shortfall(achieved, floors)
-    each = np.maximum(excess, missed).max(axis=-1, initial=0.0)
-    keeps: BoolArray = np.maximum(each, spent) <= most
-    return keeps

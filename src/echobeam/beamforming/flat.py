@@ -53,7 +53,7 @@ def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
     return Proposal(
         beams=beams,
         proof=Proof(_bound(problem, loss)),
-        status="fallback",
+        outcome="flat",
         message="; ".join([told, *short]),
         iterations=0,
     )
@@ -69,7 +69,7 @@ def single_proposal(problem: BeamProblem) -> Proposal:
     return Proposal(
         beams=beams,
         proof=Proof(_bound(problem, problem.loss / problem.power)),
-        status="fallback" if short else "optimal",
+        outcome="floors lowered" if short else "converged",
         message=told if short else "",
         iterations=0,
     )

@@ -30,12 +30,13 @@ def beam_gains(beams: ComplexArray, angles: Array, array: AntennaArray) -> Array
     Array
         ``(..., J, K)``, power: row by angle, column by beam.
     """
-    columns = beams.reshape(*beams.shape[:-2], -1, array.elements)
+    many, polarisations = beams.shape[-2], array.polarisations
+    columns = beams.reshape(*beams.shape[:-2], many * polarisations, array.elements)
     response = np.conj(array.steering(angles)) @ np.swapaxes(columns, -1, -2)
     power = np.abs(response) ** 2
-    if array.polarisations == 1:
+    if polarisations == 1:
         return power
-    split = power.reshape(*power.shape[:-1], beams.shape[-2], array.polarisations)
+    split = power.reshape(*power.shape[:-1], many, polarisations)
     total: Array = split.sum(axis=-1)
     return total
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,8 @@ from echobeam.faults import InputError
 from echobeam.physics.link import channel_loss
 from echobeam.physics.planar import AntennaArray, PlanarArray
 from echobeam.values import Array, Axis, BoolArray, ComplexArray, IntArray
+
+ValueArray = TypeVar("ValueArray", Array, ComplexArray)
 
 DEFAULT_RESOLUTION = math.radians(0.1)
 
@@ -154,6 +157,22 @@ class BeamProblem:
         """``(K,)``: noise over path gain, sigma_C^2 d^2 / alpha0^2."""
         return channel_loss(self.distances, self.noise, self.alpha0)
 
+    def batch(self) -> ProblemBatch:
+        """Return this problem as a batch of one."""
+        warm = self.warm_start
+        return ProblemBatch(
+            angles=self.angles[np.newaxis],
+            loss=self.loss[np.newaxis],
+            coverage_halfwidths=self.coverage_halfwidths[np.newaxis],
+            active=np.ones((1, self.n_objects), dtype=bool),
+            ripple=self.ripple,
+            min_rate=self.min_rate,
+            power=self.power,
+            array=self.array,
+            resolution=self.resolution,
+            warm_start=None if warm is None else warm[np.newaxis],
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProblemBatch:
@@ -229,6 +248,12 @@ class ProblemBatch:
             warm_start=warm,
             array=self.array,
         )
+
+
+def only_active(active: BoolArray, values: ValueArray) -> ValueArray:
+    """Return values ``(T, K, ...)`` with zeros for inactive objects, whose values may be NaN."""
+    there = active.reshape(*active.shape, *(1,) * (values.ndim - active.ndim))
+    return np.where(there, values, 0.0)
 
 
 def _distances(loss: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from echobeam.beamforming.answer import Status
+from echobeam.beamforming.answer import Outcome
 from echobeam.beamforming.certify.certificate import Violation
 from echobeam.beamforming.certify.proof import Proof
 from echobeam.values import ComplexArray
@@ -20,7 +20,7 @@ class Proposal:
         ``(K, N)``, sqrt(power).
     proof
         Of a bound on the sum rate of every feasible design.
-    status, message
+    outcome, message
         As in `BeamAnswer`.
     iterations
         What it took.
@@ -30,7 +30,7 @@ class Proposal:
 
     beams: ComplexArray
     proof: Proof
-    status: Status
+    outcome: Outcome
     message: str
     iterations: int
     examined: Violation | None = None

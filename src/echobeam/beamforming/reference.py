@@ -216,7 +216,7 @@ def solve(problem: BeamProblem) -> Proposal:
     return Proposal(
         beams=beams * np.sqrt(problem.power),
         proof=Proof(partial(prove, problem, 0.0)),
-        status="optimal",
+        outcome="converged",
         message=_message(final),
         iterations=final.solves,
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from echobeam.beamforming.design import design_batch, design_beams
 from echobeam.beamforming.direct.batch import solve_batch
+from echobeam.beamforming.methods import METHODS as DESIGN
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.benchmarking import full_size
 from echobeam.benchmarking.problems import BATCH
@@ -129,7 +130,7 @@ METHODS: dict[str, Method] = {
         Method("fast-single-warm", "the same, warm-started", partial(_alone, "fast"), warm=True),
         Method("direct", "one problem alone, not examined", _direct),
         Method("direct-warm", "the same, warm-started", _direct, warm=True),
-        Method("sdp", "the reduced relaxation", partial(_alone, "sdp"), most=16, most_objects=4),
+        Method("sdp", DESIGN["sdp"].about, partial(_alone, "sdp"), most=16, most_objects=4),
         _cvxpy("cvxpy-scs", "SCS"),
         _cvxpy("cvxpy-clarabel", "CLARABEL"),
     )

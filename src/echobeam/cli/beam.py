@@ -8,13 +8,15 @@ from pathlib import Path
 
 import click
 
+from echobeam.beamforming.methods import DEFAULT, METHODS
+
 
 @click.command("beam")
 @click.argument("problem", type=click.Path(path_type=Path, allow_dash=True))
 @click.option(
     "--method",
-    type=click.Choice(["fast", "sdp", "reference"]),
-    default="fast",
+    type=click.Choice(list(METHODS)),
+    default=DEFAULT,
     show_default=True,
     help="How to solve it.",
 )

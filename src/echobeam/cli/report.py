@@ -101,7 +101,7 @@ def text_report(
     fallbacks = {name: figure.fallbacks for name, figure in figures.items() if figure.fallbacks}
     if fallbacks:
         said = ", ".join(f"{name} {count}" for name, count in fallbacks.items())
-        lines.append(f"slots with fallback beams (rate floors out of reach): {said}")
+        lines.append(f"slots with fallback beams (rate floors out of reach, or flat beams): {said}")
     lost = {name: figure.lost for name, figure in figures.items() if figure.lost > 0}
     if lost:
         said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in lost.items())

@@ -10,14 +10,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.beamforming.coverage import cover_grid
-from echobeam.beamforming.objective import rates
-from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.coverage import cover_grid, cover_size
+from echobeam.beamforming.objective import beam_gains, rates_from_gains
+from echobeam.beamforming.problem import BeamProblem, ProblemBatch, only_active
 from echobeam.physics.planar import AntennaArray
 from echobeam.values import Array, BoolArray, ComplexArray
 
 FEASIBLE = 1e-6
 """Largest relative violation of a design that passes for feasible."""
+
+EXAMINED = 2e6
+"""Numbers of the full grids' steering vectors that are examined at a time."""
 
 LEAST_RIPPLE = 1e-3
 """The coverage residual is relative to the allowed ripple, but to no less than this one."""
@@ -49,6 +52,25 @@ class Violation:
         return max(self.power, self.rate, self.coverage)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Violations:
+    """Violations of T designs, ``(T,)`` each; see `Violation`."""
+
+    power: Array
+    rate: Array
+    coverage: Array
+
+    @property
+    def largest(self) -> Array:
+        """Largest of the three, ``(T,)``."""
+        return np.maximum(np.maximum(self.power, self.rate), self.coverage)
+
+    def trial(self, place: int) -> Violation:
+        """Return those of one design."""
+        parts = (self.power, self.rate, self.coverage)
+        return Violation(*(float(part[place]) for part in parts))
+
+
 def violation(problem: BeamProblem, beams: ComplexArray) -> Violation:
     """Return how far beams are from feasible, Eqs. (38b), (38e), (38f); infinite for NaN beams.
 
@@ -59,18 +81,51 @@ def violation(problem: BeamProblem, beams: ComplexArray) -> Violation:
     beams
         ``(K, n)`` complex, sqrt(power).
     """
-    if not np.isfinite(beams).all():
-        return Violation(np.inf, np.inf, np.inf)
-    spent = float(np.sum(np.abs(beams) ** 2))
-    covers = problem.angles, problem.coverage_halfwidths
-    grid, mask = cover_grid(problem.array, *covers, problem.resolution)
-    excess = coverage_excess(beams, problem.angles, grid, mask, problem.ripple, problem.array)
-    shortfall = rate_shortfall(rates(problem, beams), problem.min_rate)
-    return Violation(
-        power=max(0.0, spent / problem.power - 1.0),
-        rate=float(np.max(shortfall, initial=0.0)),
-        coverage=float(np.max(excess, initial=0.0)),
-    )
+    return violations(problem.batch(), beams[np.newaxis]).trial(0)
+
+
+def violations(
+    batch: ProblemBatch, beams: ComplexArray, floor_factor: Array | None = None
+) -> Violations:
+    """Return how far many designs are from feasible, see `violation`.
+
+    Parameters
+    ----------
+    batch
+        T problems; inactive objects are left out.
+    beams
+        ``(T, K, n)`` complex, sqrt(power).
+    floor_factor
+        ``(T,)``: part of every floor (38e) that is asked for; all of it by default.
+    """
+    n_trials = len(batch)
+    factor = np.ones(n_trials) if floor_factor is None else floor_factor
+    missed = np.zeros((3, n_trials))
+    covers = only_active(batch.active, batch.coverage_halfwidths)
+    points = cover_size(batch.array, covers, batch.resolution)
+    size = max(1, int(EXAMINED / (points * max(1, batch.active.shape[1]) * batch.n_tx)))
+    for begin in range(0, n_trials, size):
+        part = np.arange(begin, min(begin + size, n_trials))
+        missed[:, part] = _missed(batch.taken(part), beams[part], factor[part])
+    return Violations(*missed)
+
+
+def _missed(batch: ProblemBatch, beams: ComplexArray, factor: Array) -> Array:
+    """Return the violations of power, floors and coverage, ``(3, T)``."""
+    active = batch.active
+    beams = only_active(active, beams)
+    finite = np.asarray(np.isfinite(beams).all(axis=(1, 2)))
+    beams = np.where(finite[:, np.newaxis, np.newaxis], beams, 0.0)
+    angles, covers = (only_active(active, v) for v in (batch.angles, batch.coverage_halfwidths))
+    grid, mask = cover_grid(batch.array, angles, covers, batch.resolution)
+    excess = coverage_excess(beams, angles, grid, mask, batch.ripple, batch.array)
+    spent = np.sum(np.abs(beams) ** 2, axis=(-2, -1)) / batch.power - 1.0
+    gains = beam_gains(beams, angles, batch.array)
+    achieved = rates_from_gains(gains, np.where(active, batch.loss, 1.0))
+    floors = np.where(active, batch.min_rate, 0.0) * factor[:, np.newaxis]
+    shortfall = rate_shortfall(achieved, floors).max(axis=-1, initial=0.0)
+    parts = [np.maximum(spent, 0.0), shortfall, excess.max(axis=-1, initial=0.0)]
+    return np.where(finite, np.stack(parts), np.inf)
 
 
 def rate_shortfall(achieved: Array, min_rate: Array) -> Array:

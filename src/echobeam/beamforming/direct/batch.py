@@ -75,6 +75,18 @@ class DirectResult:
     floor_factor: Array
     iterations: IntArray
 
+    def trial(self, place: int, active: BoolArray) -> DirectResult:
+        """Return one trial alone, with its active objects ``(K,)`` only."""
+        part = slice(place, place + 1)
+        return DirectResult(
+            beams=self.beams[part][:, active],
+            objective=self.objective[part],
+            converged=self.converged[part],
+            floors_infeasible=self.floors_infeasible[part],
+            floor_factor=self.floor_factor[part],
+            iterations=self.iterations[part],
+        )
+
 
 def solve_batch(batch: ProblemBatch) -> DirectResult:
     """Solve problem (38) for every trial of a batch, by beams of one column a polarisation.

@@ -32,7 +32,7 @@ from echobeam.beamforming.direct.shapes import Covers, listen, set_out
 from echobeam.physics.planar import AntennaArray
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
-MOST_STEPS = 150
+MOST_STEPS = 300
 
 HELD = 12
 """Steps for which shares that were given are held, so that the shapes are those which suit them

@@ -64,7 +64,7 @@ def fair_proposal(problem: BeamProblem, model: Model, shapes: list[Shape]) -> Pr
     return Proposal(
         beams=recover_beams(problem, scaled, fair.design.covariances),
         proof=Proof(bound_without_floors(model, shapes)),
-        status="fallback",
+        outcome="floors lowered",
         message=named_faults(problem.min_rate, fair.factor, _alone(model, shapes), model.channels),
         iterations=fair.design.solves + sum(shape.solves for shape in shapes),
     )

@@ -66,7 +66,7 @@ def _beam(beam: BeamModel, covariance: Array, count: int, exact: bool) -> Comple
     if power < NO_POWER:
         return np.zeros(count * n_tx, dtype=complex)
     strongest_first = (vectors * np.sqrt(values))[:, ::-1]
-    columns: ComplexArray = (beam.basis @ strongest_first) + 0.0j
+    columns = (beam.basis @ strongest_first).astype(np.complex128)
     # All data are real: two real columns x, y have the pattern of the one complex x + j y.
     rest = n_tx * float(np.sum(values[: -2 * count]))
     if exact and rest > NEGLIGIBLE * beam.ripple * power:
@@ -75,8 +75,7 @@ def _beam(beam: BeamModel, covariance: Array, count: int, exact: bool) -> Comple
     for place in range(min(2 * count, columns.shape[1])):
         paired[place % count] += columns[:, place] * (1.0, 1.0j)[place // count]
     kept = float(np.sum(np.abs(paired) ** 2))
-    scaled: ComplexArray = paired * math.sqrt(power / kept)
-    return to_beams(scaled).ravel()
+    return to_beams(paired).ravel() * math.sqrt(power / kept)
 
 
 def settle_powers(problem: BeamProblem, beams: ComplexArray, threshold: Array) -> ComplexArray:

@@ -47,14 +47,15 @@ SEPARABLE = 1e-6
 def solve(problem: BeamProblem) -> Proposal:
     """Solve problem (38) with K >= 1 objects through its reduced relaxation, Eqs. (51)-(54).
 
-    Beyond `MOST_WORK` the best design so far is the answer, a fallback whose message says so.
+    Beyond `MOST_WORK` the best design so far is the answer, unproved, and its message says so.
     """
     with limited(MOST_WORK) as work:
         proposal = _solve(problem)
     if not work.reached:
         return proposal
     told = "; ".join(filter(None, ["the relaxation reached its limit of work", proposal.message]))
-    return replace(proposal, status="fallback", message=told)
+    outcome = "unproved" if proposal.outcome == "converged" else proposal.outcome
+    return replace(proposal, outcome=outcome, message=told)
 
 
 def _solve(problem: BeamProblem) -> Proposal:
@@ -71,7 +72,7 @@ def _solve(problem: BeamProblem) -> Proposal:
     return Proposal(
         beams=beams,
         proof=Proof(found.bound),
-        status="optimal" if found.converged else "fallback",
+        outcome="converged" if found.converged else "unproved",
         message="" if found.converged else "the joint climb failed; best shapes alone",
         iterations=found.design.solves + sum(shape.solves for shape in shapes),
     )
