@@ -51,7 +51,7 @@ def solve_interpreted(batch: ProblemBatch) -> Any:
     """
     direct = interpreted()
     with _in_place_of_the_compiled_ones(direct.modules), np.errstate(all="ignore"):
-        assert isinstance(direct.trials._ready(), FunctionType)
+        assert isinstance(direct.trials.ready(), FunctionType)
         return direct.batch.solve_batch(batch)
 
 

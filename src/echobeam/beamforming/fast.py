@@ -55,6 +55,13 @@ MOST_OBJECTS = 16
 """Objects up to which it does: it starts once for each, and 40 were seen to take minutes."""
 
 
+def load() -> None:
+    """Load the compiled solver, or compile it where it is not on disk."""
+    from echobeam.beamforming.direct.trials import ready
+
+    ready()
+
+
 def solve(problem: BeamProblem, found: DirectResult | None = None) -> Proposal:
     """Solve problem (38) with K >= 1 objects; what the direct solver leaves, the relaxation does.
 

@@ -11,6 +11,8 @@ from typing import Any
 class Method:
     """Home of a function ``solve(problem) -> Proposal``, imported when first used.
 
+    Its module may have a function ``load()`` for what must not count as time of a design.
+
     Attributes
     ----------
     module, function
@@ -24,8 +26,10 @@ class Method:
     about: str
 
     def solver(self) -> Any:
-        """Return the function."""
-        return getattr(import_module(self.module), self.function)
+        """Return the function, with all that it needs loaded or compiled."""
+        module = import_module(self.module)
+        getattr(module, "load", lambda: None)()
+        return getattr(module, self.function)
 
 
 METHODS = {

@@ -11,6 +11,8 @@ to the power.
 
 from __future__ import annotations
 
+import logging
+import time
 import warnings
 from dataclasses import dataclass
 from functools import partial
@@ -20,6 +22,7 @@ import numpy as np
 
 from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.coverage import cover_grid
+from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemError
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.relaxation.floors import fair_proposal
@@ -29,6 +32,8 @@ from echobeam.beamforming.relaxation.recovery import keep_coverage, settle_power
 from echobeam.beamforming.relaxation.shape import best_shape
 from echobeam.beamforming.relaxation.solver import prove
 from echobeam.values import ComplexArray
+
+_LOG = logging.getLogger("echobeam.reference")
 
 MOST_SCA_STEPS = 20
 STEADY = 1e-6
@@ -73,11 +78,39 @@ class Relaxed:
     solves: int
 
 
+class _Progress:
+    """Log of the programmes solved: how many there may be, and how long they may take."""
+
+    def __init__(self, problem: BeamProblem) -> None:
+        self.done, self.spent = 0, 0.0
+        self.most = MOST_SCA_STEPS + MOST_IRM_STEPS
+        _LOG.info(
+            "reference: at most %d semidefinite programmes over %d Hermitian matrices of size %d; "
+            "the first one tells how long they take",
+            self.most,
+            problem.n_objects,
+            problem.n_tx,
+        )
+
+    def solved(self, seconds: float) -> None:
+        """Count a programme, and say how long the others may take."""
+        self.done, self.spent = self.done + 1, self.spent + seconds
+        left = (self.most - self.done) * self.spent / self.done
+        _LOG.info(
+            "reference: programme %d of at most %d took %.1f s; at most %.0f s left",
+            self.done,
+            self.most,
+            seconds,
+            left,
+        )
+
+
 class ReferenceProblem:
     """The constraints (38b), (38c), (38e), (38f) as CVXPY has them, power in units of P_T."""
 
     def __init__(self, problem: BeamProblem) -> None:
         self._cvxpy = _cvxpy()
+        self._progress = _Progress(problem)
         n_tx = problem.n_tx
         self.loss = problem.loss / problem.power
         self.channels = problem.array.steering(problem.angles)
@@ -137,6 +170,7 @@ class ReferenceProblem:
         """
         cp = self._cvxpy
         stated = cp.Problem(cp.Maximize(objective), self.constraints + constraints)
+        begun = time.perf_counter()
         for name, options in SOLVERS:
             try:
                 with warnings.catch_warnings():
@@ -148,6 +182,7 @@ class ReferenceProblem:
                 return None
             if stated.status == cp.OPTIMAL:
                 break
+        self._progress.solved(time.perf_counter() - begun)
         if stated.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
             return None
         if stated.status != cp.OPTIMAL and _residual(stated) > RESIDUAL:
@@ -212,12 +247,12 @@ def solve(problem: BeamProblem) -> Proposal:
     final = minimise_rank(stated, relaxed)
     beams = np.stack([_beam(problem, W) for W in final.covariances])
     beams = keep_coverage(problem, beams)
-    beams = settle_powers(problem, beams, stated.threshold)
+    beams = settle_powers(problem, beams, stated.threshold) * np.sqrt(problem.power)
     return Proposal(
-        beams=beams * np.sqrt(problem.power),
+        beams=beams,
         proof=Proof(partial(prove, problem, 0.0)),
         outcome="converged",
-        message=_message(final),
+        message=_message(relaxed, final, float(np.sum(rates(problem, beams)))),
         iterations=final.solves,
     )
 
@@ -290,11 +325,17 @@ def _fair(problem: BeamProblem) -> Proposal:
     return fair_proposal(problem, model, [best_shape(beam) for beam in model.beams])
 
 
-def _message(final: Relaxed) -> str:
+def _message(relaxed: Relaxed, final: Relaxed, reached: float) -> str:
+    """Say what iterative rank minimisation lost of the relaxation's sum rate, bit/s/Hz."""
+    lost = 1.0 - reached / relaxed.objective if relaxed.objective > 0.0 else 0.0
+    told = [
+        f"rank minimisation and repair lost {100.0 * max(lost, 0.0):.3g} % of the relaxation's "
+        f"{relaxed.objective:.6g} bit/s/Hz"
+    ]
     ratio = rank_ratio(final.covariances)
-    if ratio <= RANK_ONE:
-        return ""
-    return f"rank minimisation ended at an eigenvalue ratio of {ratio:.1e}, not at rank one"
+    if ratio > RANK_ONE:
+        told.append(f"it ended at an eigenvalue ratio of {ratio:.1e}, not at rank one")
+    return "; ".join(told)
 
 
 def _form(a: ComplexArray, covariance: Any) -> Any:

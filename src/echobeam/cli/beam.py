@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import sys
 from pathlib import Path
 
@@ -42,5 +43,7 @@ def command(problem: Path, method: str, certify: bool) -> None:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise StoreError(f"{problem}: cannot be read: {reason}") from None
+    if method == "reference":  # which takes minutes
+        logging.basicConfig(stream=sys.stderr, format="%(message)s", level=logging.INFO)
     answer = design_beams(read_problem(text, str(problem)), method=method, certify=certify)
     click.echo(json.dumps(answer_document(answer), indent=1, allow_nan=False))

@@ -141,12 +141,12 @@ class CompiledTrials:
         data = tuple(np.require(array, requirements=["C", "W"]) for array in arrays)
         sizes = (at.spare, self.array.elements, self.array.shape[1])
         given = np.ascontiguousarray(given)
-        _ready()(*data, *sizes, chirp, given, share, *steps, beams, figures)
+        ready()(*data, *sizes, chirp, given, share, *steps, beams, figures)
         return share, figures
 
 
 @cache
-def _ready() -> Callable[..., None]:
+def ready() -> Callable[..., None]:
     """Return the compiled function; the first call waits for the compiler, which says so."""
     compile_solver()
     return _runner()
