@@ -157,7 +157,7 @@ def test_steps_reach_as_far_as_the_lattice_points_of_the_box_around_an_ellipse(n
     steps = ellipse_steps(ELLIPSES[name], RESOLUTION)
     assert np.all(steps * RESOLUTION <= reach * (1.0 + 1e-8))
     assert np.all((steps + 1.0) * RESOLUTION > reach)
-    assert np.abs(np.array(_enumerated(ELLIPSES[name]))).max(axis=0) == pytest.approx(steps, abs=1)
+    assert np.all(np.abs(np.array(_enumerated(ELLIPSES[name]))).max(axis=0) <= steps)
 
 
 def test_the_size_of_a_grid_is_not_less_than_its_points() -> None:
@@ -196,11 +196,16 @@ def test_nodes_on_the_disc_determine_polynomials_of_their_degree(degree: int) ->
     assert np.hypot(*nodes.T).max() <= 1.0 + 1e-12
     if degree:
         assert np.hypot(*nodes.T).max() == pytest.approx(1.0)
-    # Products of Chebyshev polynomials, so that the columns themselves are well conditioned.
-    first, second = (np.polynomial.chebyshev.chebvander(axis, degree) for axis in nodes.T)
-    matrix = np.stack([first[:, i] * second[:, j] for i, j in terms], axis=-1)
-    assert np.linalg.matrix_rank(matrix) == len(terms)
-    assert np.linalg.cond(matrix) < 1e3
+
+    def monomials(points: np.ndarray) -> np.ndarray:
+        return np.stack([points[:, 0] ** i * points[:, 1] ** j for i, j in terms], axis=-1)
+
+    assert np.linalg.matrix_rank(monomials(nodes)) == len(terms)
+    # With a basis that is orthonormal on the disc, values at the nodes say it with few digits lost.
+    lattice = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 61)] * 2), axis=-1).reshape(-1, 2)
+    disc = lattice[np.hypot(*lattice.T) <= 1.0]
+    _, mixed = np.linalg.qr(monomials(disc))
+    assert np.linalg.cond(monomials(nodes) @ np.linalg.inv(mixed)) < 50.0
 
 
 @pytest.mark.parametrize("degree", [0, 2, 5, 8])

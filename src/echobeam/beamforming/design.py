@@ -48,7 +48,7 @@ def design_beams(
         IRM through CVXPY.
     certify
         Prove how good the beams are by branch and bound, or find better ones. This takes longer,
-        and ends with the gap that it has when boxes or time run out; the message says so. For a
+        and ends with the gap that it has when boxes or work run out; the message says so. For a
         fallback the bound is on designs that keep the floors as far as its beams do.
     gap
         Relative gap to prove.

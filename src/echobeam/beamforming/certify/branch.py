@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import heapq
 import itertools
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -22,6 +21,7 @@ from echobeam.beamforming.certify.box_bound import Box
 from echobeam.beamforming.certify.box_relaxation import relax_box
 from echobeam.beamforming.power import BUDGET_DIGITS, spend
 from echobeam.beamforming.problem import BeamProblem
+from echobeam.beamforming.relaxation.conic import limited
 from echobeam.beamforming.relaxation.model import Model, build_model, model_gains
 from echobeam.beamforming.relaxation.recovery import recover_beams
 from echobeam.beamforming.relaxation.sdp import Design, improve, sum_rate
@@ -31,7 +31,8 @@ from echobeam.beamforming.subspace import to_coordinates
 from echobeam.values import Array, ComplexArray
 
 MOST_BOXES = 2000
-MOST_SECONDS = 60.0
+MOST_WORK = 6e7
+"""Limit of `conic.limited`: a minute, about."""
 
 BETTER = 1e-7
 """Relative rise of the sum rate that makes other beams the better ones."""
@@ -69,7 +70,7 @@ def certify(
     objective: float,
     gap: float,
     most_boxes: int = MOST_BOXES,
-    most_seconds: float = MOST_SECONDS,
+    most_work: float = MOST_WORK,
 ) -> Certified:
     """Return a bound on what any design of a problem with K >= 1 objects reaches, Eq. (38a).
 
@@ -81,13 +82,14 @@ def certify(
         ``(K, N)``, a design, and its sum rate, bit/s/Hz.
     gap
         Relative distance of bound and sum rate at which the search ends.
-    most_boxes, most_seconds
+    most_boxes, most_work
         Or it ends here, with the bound that it has.
     """
-    deadline = time.perf_counter() + most_seconds
     model = build_model(problem)
-    search = _Search(model, [best_shape(beam) for beam in model.beams], beams, problem, objective)
-    search.run(gap, most_boxes, lambda: time.perf_counter() > deadline)
+    with limited(most_work) as work:
+        shapes = [best_shape(beam) for beam in model.beams]
+        search = _Search(model, shapes, beams, problem, objective)
+        search.run(gap, most_boxes, lambda: work.reached)
     return search.result(problem)
 
 
@@ -113,7 +115,7 @@ class _Search:
         self.boxes = 0
         self.order = itertools.count()
 
-    def run(self, gap: float, most_boxes: int, out_of_time: Callable[[], bool]) -> None:
+    def run(self, gap: float, most_boxes: int, out_of_work: Callable[[], bool]) -> None:
         """Bound and divide, the box of largest bound first."""
         n_objects, n_tx = self.model.channels.shape
         whole = Box(np.zeros(n_objects), np.full(n_objects, n_tx * float(n_objects > 1)))
@@ -122,7 +124,7 @@ class _Search:
             root = min(root, dirty_paper_bound(self.model.channels, self.model.loss))
         self.open = [(-root, next(self.order), whole)]
         while self.open and -self.open[0][0] > self.best * (1.0 + gap):
-            if n_objects == 1 or self.boxes >= most_boxes or out_of_time():
+            if n_objects == 1 or self.boxes >= most_boxes or out_of_work():
                 break
             bound, _, box = heapq.heappop(self.open)
             self.visit(box, -bound, gap)
