@@ -28,9 +28,10 @@ if TYPE_CHECKING:
 RATES = (0.6, 1.0, 0.3)
 """Rates of the chirp of the first start and of those after failures."""
 
-PAIRS = ((0.6, 0.6), (1.0, -1.0), (0.8, -1.7), (0.3, 0.3))
+PAIRS = ((0.6, 0.6), (1.3, 1.7), (0.6, -1.7), (0.8, 1.7))
 """The same along the two axes of a planar array's cover; the starts after the first are for beams
-that are not proved the best, too. Of 98 pairs tried these led to the best beams of all covers."""
+that are not proved the best, too. In 201 problems, 25 of them unproved after the first start, no
+other of 72 pairs led to better beams than these."""
 
 LEAST_ANTENNAS = 2
 """One antenna has one pattern: there is no shape to look for."""

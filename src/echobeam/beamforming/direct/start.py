@@ -124,6 +124,9 @@ def keep_warm(shape: Shape, warm: ComplexArray) -> None:
         for antenna in range(n_tx):
             own[column] += basis[0, antenna] * coordinates[column, antenna]
     gain = own[0].real ** 2 + own[0].imag ** 2 + own[1].real ** 2 + own[1].imag ** 2
+    if not 0.0 < gain < np.inf:  # a beam without power, or none at all
+        return
+    scale = 1.0 / gain
     given = np.empty(parts * size)
     total = gain
     for place in range(size):
@@ -131,10 +134,10 @@ def keep_warm(shape: Shape, warm: ComplexArray) -> None:
         for column in range(columns):
             for antenna in range(n_tx):
                 value[column] += basis[1 + place, antenna] * coordinates[column, antenna]
-        first = (own[0].conjugate() * value[0] + own[1].conjugate() * value[1]) / gain
+        first = (own[0].conjugate() * value[0] + own[1].conjugate() * value[1]) * scale
         given[place], given[size + place] = first.real, first.imag
         if columns > 1:
-            second = (own[0] * value[1] - own[1] * value[0]) / gain
+            second = (own[0] * value[1] - own[1] * value[0]) * scale
             given[2 * size + place], given[3 * size + place] = second.real, second.imag
         for column in range(columns):
             total += value[column].real ** 2 + value[column].imag ** 2
