@@ -20,7 +20,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 import echobeam
-from echobeam.beamforming.design import SOLVERS
+from echobeam.beamforming.methods import METHODS as SOLVERS
 from echobeam.cli.problem_document import ACCEPTED, answer_document, read_problem
 from echobeam.cli.main import COMMANDS, cli
 from echobeam.scenario.built_in import BUILT_IN
@@ -264,7 +264,8 @@ def test_the_page_has_every_method_and_the_truth_about_fast() -> None:
 
 
 def test_the_page_has_every_key_of_a_problem_and_its_answer() -> None:
-    assert [code(row[0]) for row in tables(page("beam-design"), "Key")] == list(ACCEPTED)
+    keys = [code(row[0]) for row in tables(page("beam-design"), "Key")]
+    assert sorted(keys) == sorted(ACCEPTED)
     (example,) = blocks(page("beam-design"), "json")
     problem = read_problem(example.text)
     answer = answer_document(echobeam.design_beams(problem))

@@ -183,8 +183,8 @@ def checked_vector(
     broadcast: bool = False,
     trailing: tuple[int, ...] = (),
 ) -> Array:
-    """Return numbers of shape ``(size, *trailing)``; ones, and a fault, if they are none."""
-    fallback = np.ones((size or 0, *trailing))
+    """Return numbers of shape ``(size, *trailing)``; others that fit, and a fault, if not."""
+    fallback = np.zeros((size or 0, *trailing)) if trailing else np.ones(size or 0)
     try:
         if np.iscomplexobj(value):
             raise TypeError("numpy would drop the imaginary parts with no more than a warning")
@@ -203,7 +203,7 @@ def checked_vector(
         return fallback
     if not np.isfinite(vector).all():
         faults.append(f"{name} must be finite, not {vector.tolist()}")
-        return np.ones(vector.shape)
+        return np.zeros(vector.shape) if trailing else np.ones(vector.shape)
     return vector
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from echobeam.beamforming.coverage import cover_size
 from echobeam.beamforming.direct.layout import Layout, layouts
-from echobeam.beamforming.direct.subsets import settle
+from echobeam.beamforming.direct.subsets import search_subsets
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.physics.planar import AntennaArray
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
@@ -39,7 +39,7 @@ LEAST_ANTENNAS = 2
 CHUNK, MOST_POINTS = 4096, 2e6
 """Beams, and points of all their grids, that are laid out at a time."""
 
-MOST_WORK = 6e9
+MOST_WORK = 2e10
 """Multiplications (`step_work`) up to which other sets of objects are tried: some four seconds, for
 ten objects under covers of thirty lobes. With 4e8, half a second, 10 of 100 random problems of up
 to 12 objects and 128 antennas were worse, by up to 18 %. In work and not in time, so that an answer
@@ -205,7 +205,7 @@ def _solve(task: Task, result: DirectResult) -> None:
         steps[again] += other.iterations
         found.put(again, other)
     left: Array = np.asarray(task.most_steps - steps)
-    settle(trials, found, starts[0], PROBED, left)
+    search_subsets(trials, found, starts[0], PROBED, left)
     result.beams[which[:, np.newaxis], task.objects] = found.beams * np.sqrt(task.power)
     result.objective[which] = found.objective
     result.converged[which] = found.converged

@@ -162,18 +162,19 @@ def _is_ready(shapes: Shapes, powers: Powers, power: Array) -> bool:
 @inlined
 def harvest(
     covers: Covers, shapes: Shapes, powers: Powers, beams: ComplexArray
-) -> tuple[float, bool]:
+) -> tuple[float, bool, bool]:
     """Fill beams ``(K, r N)`` that keep the grid and the power; return their rate, if they are any.
 
     Returns
     -------
-    objective, good
-        bit/s/Hz, and whether powers exist that reach the SINRs.
+    objective, good, kept
+        bit/s/Hz; whether powers exist that reach the SINRs; whether the beams keep their covers.
     """
     n_objects, size, n_tx = covers.grid.shape[0], covers.grid.shape[2], covers.n_tx
     power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
     excess = np.empty(size)
     listen(shapes, power, leak)
+    kept = True
     for beam in range(n_objects):
         worst = excess_of(covers, shapes, beam, beams[beam], excess)
         # A cover that takes all directions leaves none to spare; over a wide one the spare one
@@ -182,6 +183,9 @@ def harvest(
             patch(shapes.z[beam], worst)
             if worst > MISSED:
                 patch(shapes.z[beam], excess_of(covers, shapes, beam, beams[beam], excess))
+                kept &= excess_of(covers, shapes, beam, beams[beam], excess) < UNKEPT
+        else:
+            kept &= worst < UNKEPT
         lift(shapes.basis[beam], shapes.z[beam], beams[beam])
         power[beam] = power_of(shapes.z[beam])
     for _ in range(3):
@@ -192,14 +196,14 @@ def harvest(
         for beam in range(n_objects):
             for antenna in range(beams.shape[1]):
                 beams[beam, antenna] = 0.0
-        return 0.0, False
+        return 0.0, False, False
     objective = 0.0
     for beam in range(n_objects):
         objective += np.log1p(ratio[beam]) / np.log(2.0)
         amplitude = np.sqrt(received[beam])
         for antenna in range(beams.shape[1]):
             beams[beam, antenna] *= amplitude
-    return objective, True
+    return objective, True, kept
 
 
 @inlined

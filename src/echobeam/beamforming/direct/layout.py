@@ -73,10 +73,25 @@ class Layout:
             own=self.own[index],
             grid=self.grid[index],
             count=self.count[index],
-            near=self.near if len(self.near) == 1 else self.near[index],
+            near=self.near if self.near.shape[:2] == (1, 1) else self.near[index],
             nodes=self.nodes[index],
             first=self.first[index],
             bow=self.bow[index],
+            spare=self.spare,
+        )
+
+    def only(self, index: IntArray, objects: IntArray) -> Layout:
+        """Return some of the trials with some of their objects, ``(J, k)``."""
+        place = index[:, np.newaxis], objects
+        shared = self.near.shape[:2] == (1, 1)
+        return Layout(
+            own=self.own[place],
+            grid=self.grid[place],
+            count=self.count[place],
+            near=self.near if shared else self.near[place],
+            nodes=self.nodes[place],
+            first=self.first[place],
+            bow=self.bow[place],
             spare=self.spare,
         )
 

@@ -1,8 +1,10 @@
-"""Search over sets of objects to serve: other starts of the powers.
+"""Search over sets of objects to serve.
 
-At high power the sum rate has several local optima, about one per set of objects worth serving.
-A few steps from each of many uneven starts tell which sets promise most; only these are followed
-to the end.
+At high power the sum rate has several local optima, about one for each set of objects worth
+serving. A few steps on each of many sets tell which ones promise most; only these are followed to
+the end, and the search goes on around the best. Where no floors (38e) are asked, a set is a problem
+of its own with fewer objects. With floors every object has a beam, and a set is an uneven start of
+the powers.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from echobeam.values import Array, BoolArray, IntArray
 if TYPE_CHECKING:
     from echobeam.beamforming.direct.trials import CompiledTrials
 
-PROBE_STEPS = 20
+PROBE_STEPS = 30
 """Steps from a set of objects after which its promise is compared with that of others."""
 
 CONTESTED = 0.01
@@ -30,7 +32,7 @@ FEW = 4
 are tried that leave out none or one, then what differs by one object or a swap from the best one,
 and so on."""
 
-SWAPPED = 10
+SWAPPED = 12
 """Number of objects up to which swaps are tried; beyond, they are too many."""
 
 LEFT_OUT = 1e-2
@@ -39,14 +41,20 @@ LEFT_OUT = 1e-2
 SERVED = 1e-3
 """Share, relative to the largest, from which an object counts as served."""
 
-FOLLOWED = 4
-PROMISING = 0.1
+ROUNDS, RISEN = 4, 1e-6
+"""Rounds of probing and following, each around what the one before found, and the relative rise of
+the sum rate that calls for another one."""
+
+FOLLOWED, ALWAYS_FOLLOWED = 8, 2
+PROMISING = 0.25
 ALIKE = 0.02
 """Starts are followed that come within PROMISING of the best, relative; of those whose shares
-differ by less than ALIKE one."""
+differ by less than ALIKE one; ALWAYS_FOLLOWED of them whatever work is left."""
 
 
-def settle(trials: CompiledTrials, found: Found, chirp: Array, most: int, left: Array) -> None:
+def search_subsets(
+    trials: CompiledTrials, found: Found, chirp: Array, most: int, left: Array
+) -> None:
     """Look for better optima of the trials that may have several, in place.
 
     Parameters
@@ -58,32 +66,100 @@ def settle(trials: CompiledTrials, found: Found, chirp: Array, most: int, left: 
     most
         Number of beams to work on at a time.
     left
-        ``(T,)``: steps that each trial may still take; changed.
+        ``(T,)``: steps on all beams that each trial may still take; changed.
     """
     contested = np.flatnonzero((found.disturbance > CONTESTED) & (left > 0.0))
     n_objects = trials.loss.shape[1]
     if n_objects < 2 or not contested.size:
         return
+    before = found.objective[contested]
     if n_objects <= FEW:
         _compare_all(trials, found, contested, chirp, left)
-        return
-    step = max(1, most // n_objects)
-    rivals = [_Rivals(n_objects, steps / PROBE_STEPS) for steps in left[contested].tolist()]
-    while any(rival.wanted.size for rival in rivals):
-        tried = np.repeat(np.arange(contested.size), [len(rival.wanted) for rival in rivals])
-        start = _shares(np.concatenate([rival.wanted for rival in rivals]))
-        share, value = np.empty(start.shape), np.empty(len(start))
-        for begin in range(0, len(start), step):
-            part = slice(begin, begin + step)
-            probed = trials.taken(contested[tried[part]])
-            share[part], value[part] = probed.probe(chirp, start[part], PROBE_STEPS)
-        for trial, rival in enumerate(rivals):
-            rival.take(share[tried == trial], value[tried == trial])
-    left[contested] -= PROBE_STEPS * np.array([len(rival.value) for rival in rivals])
-    for which, start in _followed(rivals):
-        follow = left[contested[which]] > 0.0
-        if follow.any():
-            _follow(trials, found, contested[which[follow]], chirp, start[follow], left)
+    else:
+        _search(trials, found, contested, chirp, most, left)
+    risen = contested[found.objective[contested] > before * (1.0 + RISEN)]
+    risen = risen[~trials.threshold[risen].any(axis=1)]
+    if risen.size:  # the best set alone was solved; would another object be worth its power?
+        start = _shares(_served(found, risen))
+        found.put(risen, trials.taken(risen).climb(chirp, share=start))
+
+
+def _search(
+    trials: CompiledTrials,
+    found: Found,
+    contested: IntArray,
+    chirp: Array,
+    most: int,
+    left: Array,
+) -> None:
+    """Probe sets, follow the promising ones, and go on around the best."""
+    n_objects = trials.loss.shape[1]
+    searches = [_SubsetSearch(n_objects) for _ in contested]
+    for _ in range(ROUNDS):
+        _probe_wanted(trials, searches, contested, chirp, max(1, most // n_objects), left)
+        before = found.objective[contested]
+        for rank, (which, served) in enumerate(_followed(searches)):
+            follow = (left[contested[which]] > 0.0) | (rank < ALWAYS_FOLLOWED)
+            if follow.any():
+                _follow(trials, found, contested[which[follow]], chirp, served[follow], left)
+        risen = found.objective[contested] > before * (1.0 + RISEN)
+        for place in np.flatnonzero(risen & (left[contested] > 0.0)).tolist():
+            searches[place].look_around(_served(found, contested[place : place + 1])[0])
+        if not any(search.wanted.size for search in searches):
+            break
+
+
+def _served(found: Found, which: IntArray) -> BoolArray:
+    """Return the objects ``(J, K)`` that beams serve."""
+    power = np.sum(np.abs(found.beams[which]) ** 2, axis=-1)
+    served: BoolArray = power > SERVED * np.max(power, axis=-1, keepdims=True)
+    return served
+
+
+def _probe_wanted(
+    trials: CompiledTrials,
+    searches: list[_SubsetSearch],
+    contested: IntArray,
+    chirp: Array,
+    step: int,
+    left: Array,
+) -> None:
+    """Probe the sets that are wanted, and those that are wanted by what is found."""
+    n_objects = trials.loss.shape[1]
+    while any(search.wanted.size for search in searches):
+        counts = np.array([len(search.wanted) for search in searches])
+        tried = np.repeat(np.arange(contested.size), counts)
+        served = np.concatenate([search.wanted for search in searches])
+        first = np.repeat([not search.value.size for search in searches], counts)
+        floors = np.asarray(trials.threshold[contested[tried]].any(axis=1))
+        alone = ~first & ~floors
+        share, value = np.zeros(served.shape), np.empty(len(served))
+        for rows, objects in _alike(served, alone, step):
+            part = trials.only(contested[tried[rows]], objects)
+            start = _shares(np.take_along_axis(served[rows], objects, axis=1))
+            reached, value[rows] = part.probe(chirp, start, PROBE_STEPS)
+            share[rows[:, np.newaxis], objects] = reached
+        cost = PROBE_STEPS * np.where(alone, served.sum(axis=1) / n_objects, 1.0)
+        np.subtract.at(left, contested[tried], cost)
+        for trial, search in enumerate(searches):
+            if counts[trial]:
+                search.take(share[tried == trial], value[tried == trial], left[contested[trial]])
+
+
+def _alike(served: BoolArray, alone: BoolArray, step: int) -> Iterator[tuple[IntArray, IntArray]]:
+    """Give rows of sets that are solved with equally many objects, and these ``(J, k)``.
+
+    Sets that are ``alone`` are solved with their own objects, the others with all; a few rows at a
+    time.
+    """
+    n_objects = served.shape[1]
+    sizes = np.where(alone, served.sum(axis=1), n_objects)
+    for size in sorted(set(sizes.tolist())):
+        alike = np.flatnonzero(sizes == size)
+        for begin in range(0, alike.size, step):
+            rows = alike[begin : begin + step]
+            chosen = served[rows] | ~alone[rows, np.newaxis]
+            yield rows, np.nonzero(chosen)[1].reshape(-1, size)
 
 
 def _follow(
@@ -91,13 +167,17 @@ def _follow(
     found: Found,
     which: IntArray,
     chirp: Array,
-    start: Array,
+    served: BoolArray,
     left: Array,
 ) -> None:
-    """Follow some trials from the shares ``start`` to the end; take over what is better."""
-    again = trials.taken(which).climb(chirp, share=start)
-    left[which] -= again.iterations
-    found.put(which, again)
+    """Follow a set ``(J, K)`` of some trials to the end; take over what is better."""
+    n_objects = served.shape[1]
+    alone: BoolArray = ~np.asarray(trials.threshold[which].any(axis=1))
+    for rows, objects in _alike(served, alone, which.size):
+        start = _shares(np.take_along_axis(served[rows], objects, axis=1))
+        again = trials.only(which[rows], objects).climb(chirp, share=start)
+        left[which[rows]] -= again.iterations * objects.shape[1] / n_objects
+        found.put(which[rows], again.among(objects, n_objects))
 
 
 def _compare_all(
@@ -112,8 +192,8 @@ def _compare_all(
         better = floors | (most > found.objective[contested])
         which = contested[better & (left[contested] > 0.0)]
         if which.size:
-            start = _shares(np.broadcast_to(served, (which.size, n_objects)))
-            _follow(trials, found, which, chirp, start, left)
+            sets = np.broadcast_to(served, (which.size, n_objects))
+            _follow(trials, found, which, chirp, sets, left)
 
 
 def _most(loss: Array) -> Array:
@@ -133,8 +213,8 @@ def _most(loss: Array) -> Array:
     return bound
 
 
-class _Rivals:
-    """The sets of objects of one trial: which were tried, where they led, which to try next.
+class _SubsetSearch:
+    """Sets of objects of one trial: which were tried, where they led, which to try next.
 
     Attributes
     ----------
@@ -143,35 +223,35 @@ class _Rivals:
     served, share, value
         ``(I, K)``, ``(I, K)``, ``(I,)``: the sets that were tried, and the shares and sum rates
         that they led to.
-    most
-        Number of sets from which on no more are sought.
     """
 
-    def __init__(self, n_objects: int, most: float) -> None:
+    def __init__(self, n_objects: int) -> None:
         sets = np.concatenate([~np.eye(n_objects, dtype=bool), np.ones((1, n_objects)) > 0])
         self.wanted: BoolArray = sets
         self.served: BoolArray = sets[:0]
         self.share: Array = np.zeros((0, n_objects))
         self.value: Array = np.zeros(0)
-        self.most = most
+        self.followed: set[int] = set()
         self._known: set[bytes] = set()
         self._around: set[bytes] = set()
 
-    def take(self, share: Array, value: Array) -> None:
-        """Take what the sets wanted led to, and choose those to try next."""
+    def take(self, share: Array, value: Array, left: float) -> None:
+        """Take what the sets wanted led to, and choose those to try next if work is left."""
         self._known |= {row.tobytes() for row in self.wanted}
         self.served = np.concatenate([self.served, self.wanted])
         self.share = np.concatenate([self.share, share])
         self.value = np.concatenate([self.value, np.where(np.isfinite(value), value, -np.inf)])
         self.wanted = self.wanted[:0]
         best = int(np.argmax(self.value))
-        goes_on = len(self.value) < self.most
-        if goes_on and np.isfinite(self.value[best]):
-            centre = self.share[best] > SERVED * np.max(self.share[best])
-            if centre.tobytes() not in self._around:
-                self._around.add(centre.tobytes())
-                near = [s for s in _neighbours(centre) if s.tobytes() not in self._known]
-                self.wanted = np.array(near, dtype=bool).reshape(-1, centre.size)
+        if left > 0.0 and np.isfinite(self.value[best]):
+            self.look_around(self.share[best] > SERVED * np.max(self.share[best]))
+
+    def look_around(self, centre: BoolArray) -> None:
+        """Want the neighbours of a set ``(K,)``, if not done before."""
+        if centre.tobytes() not in self._around:
+            self._around.add(centre.tobytes())
+            near = [s for s in _neighbours(centre) if s.tobytes() not in self._known]
+            self.wanted = np.array(near, dtype=bool).reshape(-1, centre.size)
 
 
 def _neighbours(served: BoolArray) -> Iterator[BoolArray]:
@@ -195,23 +275,25 @@ def _shares(served: BoolArray) -> Array:
     return np.asarray(shares / np.sum(shares, axis=1, keepdims=True))
 
 
-def _followed(rivals: list[_Rivals]) -> Iterator[tuple[IntArray, Array]]:
-    """Give, best first, which trials have another start worth following, and the start's shares."""
-    chosen = [_promising(rival) for rival in rivals]
+def _followed(searches: list[_SubsetSearch]) -> Iterator[tuple[IntArray, BoolArray]]:
+    """Give, best first, which trials have another set worth following, and the sets ``(J, K)``."""
+    chosen = [_promising(search) for search in searches]
     for rank in range(FOLLOWED):
-        which = np.flatnonzero([len(starts) > rank for starts in chosen])
+        which = np.flatnonzero([len(sets) > rank for sets in chosen])
         if which.size:
             yield which, np.array([chosen[trial][rank] for trial in which])
 
 
-def _promising(rival: _Rivals) -> Array:
-    """Return the starts ``(J, K)`` of one trial that are worth following, best first."""
-    order = np.argsort(-rival.value, kind="stable")
-    order = order[rival.value[order] >= (1.0 - PROMISING) * rival.value[order[0]]]
-    order = order[np.isfinite(rival.value[order])]
+def _promising(search: _SubsetSearch) -> BoolArray:
+    """Return the sets ``(J, K)`` of one trial to follow that were not before, best first."""
+    order = np.argsort(-search.value, kind="stable")
+    order = order[search.value[order] >= (1.0 - PROMISING) * search.value[order[0]]]
+    order = order[np.isfinite(search.value[order])]
     kept: list[int] = []
     for row in order:
-        apart = [np.abs(rival.share[row] - rival.share[other]).max() for other in kept]
+        apart = [np.abs(search.share[row] - search.share[other]).max() for other in kept]
         if min(apart, default=1.0) >= ALIKE:
             kept.append(int(row))
-    return _shares(rival.served[kept[:FOLLOWED]])
+    kept = [row for row in kept[:FOLLOWED] if row not in search.followed]
+    search.followed |= set(kept)
+    return search.served[kept]

@@ -41,7 +41,7 @@ and not those of a transition."""
 AUDIBLE = 0.01
 """Interference over noise, at the start and with all the power, that is worth a closer look."""
 
-OBJECTIVE, CONVERGED, PROVED, PART, STEPS, DISTURBANCE, FIGURES = 0, 1, 2, 3, 4, 5, 6
+OBJECTIVE, CONVERGED, KEPT, PROVED, PART, STEPS, DISTURBANCE, FIGURES = 0, 1, 2, 3, 4, 5, 6, 7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,6 +81,17 @@ class CompiledTrials:
             self.array,
         )
 
+    def only(self, index: IntArray, objects: IntArray) -> CompiledTrials:
+        """Return some of the trials with some of their objects, ``(J, k)``."""
+        place = index[:, np.newaxis], objects
+        return CompiledTrials(
+            self.layout.only(index, objects),
+            self.ripple[place],
+            self.loss[place],
+            self.threshold[place],
+            self.array,
+        )
+
     def climb(
         self, chirp: Array, warm: ComplexArray | None = None, share: Array | None = None
     ) -> Found:
@@ -104,6 +115,7 @@ class CompiledTrials:
             objective=figures[:, OBJECTIVE].copy(),
             converged=(figures[:, CONVERGED] > 0.0) & (proved | self.may_stay_unproved),
             proved=proved,
+            kept=figures[:, KEPT] > 0.0,
             factor=figures[:, PART].copy(),
             iterations=figures[:, STEPS].astype(np.int64),
             disturbance=figures[:, DISTURBANCE].copy(),
@@ -226,9 +238,10 @@ def _runner() -> Callable[..., None]:
                 best = globally_best(shapes, powers)
                 for beam in range(power.size):
                     power[beam] = min(power[beam], power_of(shapes.z[beam]))
-                objective, good = harvest(covers, shapes, powers, beams[trial])
+                objective, good, kept = harvest(covers, shapes, powers, beams[trial])
                 line[OBJECTIVE] = objective
                 line[CONVERGED] = 1.0 if steps <= most and good else 0.0
+                line[KEPT] = 1.0 if kept else 0.0
                 line[PROVED] = 1.0 if best else 0.0
                 line[PART] = powers.scalars[uplink.FACTOR]
                 if heard > AUDIBLE:
