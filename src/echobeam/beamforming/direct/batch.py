@@ -39,7 +39,7 @@ LEAST_ANTENNAS = 2
 CHUNK, MOST_POINTS = 4096, 2e6
 """Beams, and points of all their grids, that are laid out at a time."""
 
-MOST_WORK = 2e10
+MOST_WORK = 1e10
 """Multiplications (`step_work`) up to which other sets of objects are tried: some four seconds, for
 ten objects under covers of thirty lobes. With 4e8, half a second, 10 of 100 random problems of up
 to 12 objects and 128 antennas were worse, by up to 18 %. In work and not in time, so that an answer

@@ -20,6 +20,10 @@ MOST_TRIES = 40
 
 LEAST_PIVOT = 1e-11
 
+DEPENDENT = 1e-24
+"""Square of what is left of a unit vector that depends on those before; the inverse of still less,
+after many equal vectors, is no number."""
+
 
 @compiled
 def factor(matrix: Array, inverse: Array) -> bool:
@@ -162,7 +166,7 @@ def orthonormal(vectors: Array) -> Array:
         total = 0.0
         for place in range(row, length):
             total += vectors[row, place] ** 2
-        weights[row] = 2.0 / total if total > 0.0 else 0.0
+        weights[row] = 2.0 / total if total > DEPENDENT else 0.0
         for other in range(row + 1, count):
             _reflect(vectors[row], weights[row], row, vectors[other])
     basis = np.empty((size, length))

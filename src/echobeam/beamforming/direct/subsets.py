@@ -98,10 +98,18 @@ def _search(
     for _ in range(ROUNDS):
         _probe_wanted(trials, searches, contested, chirp, max(1, most // n_objects), left)
         before = found.objective[contested]
-        for rank, (which, served) in enumerate(_followed(searches)):
+        for rank, (which, served, alone) in enumerate(_followed(searches)):
             follow = (left[contested[which]] > 0.0) | (rank < ALWAYS_FOLLOWED)
             if follow.any():
-                _follow(trials, found, contested[which[follow]], chirp, served[follow], left)
+                _follow(
+                    trials,
+                    found,
+                    contested[which[follow]],
+                    chirp,
+                    served[follow],
+                    alone[follow],
+                    left,
+                )
         risen = found.objective[contested] > before * (1.0 + RISEN)
         for place in np.flatnonzero(risen & (left[contested] > 0.0)).tolist():
             searches[place].look_around(_served(found, contested[place : place + 1])[0])
@@ -143,7 +151,8 @@ def _probe_wanted(
         np.subtract.at(left, contested[tried], cost)
         for trial, search in enumerate(searches):
             if counts[trial]:
-                search.take(share[tried == trial], value[tried == trial], left[contested[trial]])
+                mine = tried == trial
+                search.take(share[mine], value[mine], alone[mine], left[contested[trial]])
 
 
 def _alike(served: BoolArray, alone: BoolArray, step: int) -> Iterator[tuple[IntArray, IntArray]]:
@@ -168,11 +177,14 @@ def _follow(
     which: IntArray,
     chirp: Array,
     served: BoolArray,
+    alone: BoolArray,
     left: Array,
 ) -> None:
-    """Follow a set ``(J, K)`` of some trials to the end; take over what is better."""
+    """Follow a set ``(J, K)`` of some trials to the end; take over what is better.
+
+    ``alone``, ``(J,)``: solved without the other objects.
+    """
     n_objects = served.shape[1]
-    alone: BoolArray = ~np.asarray(trials.threshold[which].any(axis=1))
     for rows, objects in _alike(served, alone, which.size):
         start = _shares(np.take_along_axis(served[rows], objects, axis=1))
         again = trials.only(which[rows], objects).climb(chirp, share=start)
@@ -193,7 +205,8 @@ def _compare_all(
         which = contested[better & (left[contested] > 0.0)]
         if which.size:
             sets = np.broadcast_to(served, (which.size, n_objects))
-            _follow(trials, found, which, chirp, sets, left)
+            alone = ~np.asarray(trials.threshold[which].any(axis=1))
+            _follow(trials, found, which, chirp, sets, alone, left)
 
 
 def _most(loss: Array) -> Array:
@@ -220,9 +233,9 @@ class _SubsetSearch:
     ----------
     wanted
         ``(J, K)``: the sets to try next.
-    served, share, value
-        ``(I, K)``, ``(I, K)``, ``(I,)``: the sets that were tried, and the shares and sum rates
-        that they led to.
+    served, share, value, alone
+        ``(I, K)``, ``(I, K)``, ``(I,)``, ``(I,)``: the sets that were tried, the shares and sum
+        rates that they led to, and whether they were solved without the other objects.
     """
 
     def __init__(self, n_objects: int) -> None:
@@ -231,16 +244,18 @@ class _SubsetSearch:
         self.served: BoolArray = sets[:0]
         self.share: Array = np.zeros((0, n_objects))
         self.value: Array = np.zeros(0)
+        self.alone: BoolArray = np.zeros(0, dtype=bool)
         self.followed: set[int] = set()
         self._known: set[bytes] = set()
         self._around: set[bytes] = set()
 
-    def take(self, share: Array, value: Array, left: float) -> None:
+    def take(self, share: Array, value: Array, alone: BoolArray, left: float) -> None:
         """Take what the sets wanted led to, and choose those to try next if work is left."""
         self._known |= {row.tobytes() for row in self.wanted}
         self.served = np.concatenate([self.served, self.wanted])
         self.share = np.concatenate([self.share, share])
         self.value = np.concatenate([self.value, np.where(np.isfinite(value), value, -np.inf)])
+        self.alone = np.concatenate([self.alone, alone])
         self.wanted = self.wanted[:0]
         best = int(np.argmax(self.value))
         if left > 0.0 and np.isfinite(self.value[best]):
@@ -275,17 +290,23 @@ def _shares(served: BoolArray) -> Array:
     return np.asarray(shares / np.sum(shares, axis=1, keepdims=True))
 
 
-def _followed(searches: list[_SubsetSearch]) -> Iterator[tuple[IntArray, BoolArray]]:
-    """Give, best first, which trials have another set worth following, and the sets ``(J, K)``."""
+def _followed(searches: list[_SubsetSearch]) -> Iterator[tuple[IntArray, BoolArray, BoolArray]]:
+    """Give, best first, which trials have another set worth following, and the sets ``(J, K)``.
+
+    The last value is whether they were probed, and so are followed, without the other objects.
+    """
     chosen = [_promising(search) for search in searches]
     for rank in range(FOLLOWED):
         which = np.flatnonzero([len(sets) > rank for sets in chosen])
         if which.size:
-            yield which, np.array([chosen[trial][rank] for trial in which])
+            rows = [chosen[trial][rank] for trial in which]
+            pairs = list(zip([searches[trial] for trial in which], rows, strict=True))
+            served = np.array([search.served[row] for search, row in pairs])
+            yield which, served, np.array([search.alone[row] for search, row in pairs])
 
 
-def _promising(search: _SubsetSearch) -> BoolArray:
-    """Return the sets ``(J, K)`` of one trial to follow that were not before, best first."""
+def _promising(search: _SubsetSearch) -> list[int]:
+    """Return the sets of one trial to follow that were not before, by index, best first."""
     order = np.argsort(-search.value, kind="stable")
     order = order[search.value[order] >= (1.0 - PROMISING) * search.value[order[0]]]
     order = order[np.isfinite(search.value[order])]
@@ -296,4 +317,4 @@ def _promising(search: _SubsetSearch) -> BoolArray:
             kept.append(int(row))
     kept = [row for row in kept[:FOLLOWED] if row not in search.followed]
     search.followed |= set(kept)
-    return search.served[kept]
+    return kept

@@ -34,7 +34,7 @@ from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 MOST_STEPS = 300
 
-HELD = 12
+HELD = 20
 """Steps for which shares that were given are held, so that the shapes are those which suit them
 and not those of a transition."""
 
