@@ -21,8 +21,8 @@ from pydantic.fields import FieldInfo
 
 import echobeam
 from echobeam.beamforming.methods import METHODS as SOLVERS
-from echobeam.cli.problem_document import ACCEPTED, answer_document, read_problem
 from echobeam.cli.main import COMMANDS, cli
+from echobeam.cli.problem_document import ACCEPTED, answer_document, read_problem
 from echobeam.scenario.built_in import BUILT_IN
 from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario

@@ -14,7 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from echobeam.beamforming.design import design_batch, design_beams
-from echobeam.beamforming.fast import batch_of
 from echobeam.beamforming.problem import BeamProblem, ProblemError
 from echobeam.cli.beam import command
 
@@ -57,7 +56,7 @@ def test_what_is_in_range_has_a_feasible_answer(arguments: dict[str, Any]) -> No
     problem = BeamProblem(**arguments)
     answer = design_beams(problem)
     _is_defined(problem, answer)
-    together = design_batch(batch_of(problem))
+    together = design_batch(problem.batch())
     assert together.fallback.tolist() == [answer.status == "fallback"]
     assert abs(together.objective[0] - answer.objective) <= 1e-9 * answer.objective
 

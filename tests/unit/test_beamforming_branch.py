@@ -149,7 +149,7 @@ def test_an_unreachable_gap_is_reported_and_not_hidden(monkeypatch: pytest.Monke
     from echobeam.beamforming.certify import branch
 
     problem = _problem([75, 70], 1e4)
-    monkeypatch.setattr(branch.certify, "__defaults__", (1, 60.0))
+    monkeypatch.setattr(branch.certify, "__defaults__", (1, branch.MOST_WORK))
     answer = design_beams(problem, certify=True)
     assert answer.gap > 1e-4
     assert "a gap of 0.0001 was not reached" in answer.message

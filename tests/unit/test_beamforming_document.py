@@ -10,8 +10,8 @@ from echobeam.beamforming.answer import BeamAnswer
 from echobeam.beamforming.certify.certificate import Violation
 from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.design import design_beams
-from echobeam.cli.problem_document import answer_document, read_problem
 from echobeam.beamforming.problem import ProblemError
+from echobeam.cli.problem_document import answer_document, read_problem
 
 GOOD: dict[str, Any] = {
     "angles_deg": [75, 135],
@@ -146,7 +146,7 @@ def test_what_json_has_no_number_for_is_null() -> None:
         beams=np.full((1, 2), np.nan + 0j),
         objective=0.0,
         proof=Proof(np.inf),
-        status="infeasible",
+        outcome="violated",
         message="nothing",
         rates=np.array([np.nan]),
         max_violation=Violation(np.inf, 0.0, np.inf),

@@ -176,7 +176,10 @@ def test_planar_arrays_have_ellipses_for_covers() -> None:
     found = cover_grid(array, centres, covers, RESOLUTION)
     for one, other in zip(found, ellipse_grid(centres, covers, RESOLUTION), strict=True):
         np.testing.assert_array_equal(one, other)
-    assert has_cover(array, np.array([ELLIPSES["thin"], np.zeros((2, 2))])).tolist() == [True, False]
+    assert has_cover(array, np.array([ELLIPSES["thin"], np.zeros((2, 2))])).tolist() == [
+        True,
+        False,
+    ]
 
 
 def test_lobes_are_the_phases_across_an_ellipse_over_those_of_one_lobe() -> None:

@@ -67,7 +67,7 @@ def test_beyond_a_limit_the_answer_says_so_and_keeps_what_it_can(units, part: fl
         short = relaxation.solve(USUAL)
     assert work.reached
     assert work.left >= 0.0
-    assert short.status == "fallback"
+    assert short.outcome != "converged"
     assert short.message.startswith("the relaxation reached its limit of work")
     missed = violation(USUAL, short.beams)
     assert max(missed.power, missed.coverage) <= 1e-6

@@ -53,7 +53,7 @@ def _planar() -> tuple[np.ndarray, np.ndarray]:
     array = PlanarArray(7, 6)
     lattice = np.stack(np.meshgrid(*[np.linspace(-0.1, 0.1, 21)] * 2), axis=-1).reshape(-1, 2)
     disc = lattice[np.sum(lattice**2, axis=1) <= 0.01]
-    cover = real_steering(array.phases(disc + [0.2, -0.1]), array.shape)
+    cover = real_steering(array.phases(disc + np.array([0.2, -0.1])), array.shape)
     return real_steering(array.phases([[0.2, -0.1], [-0.4, 0.3]]), array.shape), cover
 
 

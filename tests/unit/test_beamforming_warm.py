@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echobeam.beamforming import design
 from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.design import design_batch, design_beams
-from echobeam.beamforming.fast import batch_of
+from echobeam.beamforming.methods import Method
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.proposal import Proposal
@@ -122,17 +121,18 @@ def worst(problem: BeamProblem) -> Proposal:
     """A solver that finds feasible beams which are hardly worth anything."""
     beams = np.zeros((problem.n_objects, problem.n_tx), dtype=complex)
     beams[:, 0] = 1e-3
-    return Proposal(beams, Proof(np.inf), "optimal", "", 1)
+    return Proposal(beams, Proof(np.inf), "converged", "", 1)
 
 
 def test_beams_given_stand_where_a_search_finds_nothing_better(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     cold = design_beams(CLOSE)
-    monkeypatch.setattr(design, "_solver", lambda method: worst)
+    monkeypatch.setattr(Method, "solver", lambda method: worst)
     answer = design_beams(warm(CLOSE, cold.beams))
     np.testing.assert_array_equal(answer.beams, cold.beams)
     assert answer.objective == pytest.approx(cold.objective, rel=1e-12)
+    assert answer.outcome == "unproved"
     assert (
         answer.message == "no search found beams better than those that it was given to start from"
     )
@@ -142,7 +142,7 @@ def test_beams_given_stand_where_a_search_finds_nothing_better(
 
 def test_the_same_holds_for_a_batch(monkeypatch: pytest.MonkeyPatch) -> None:
     cold = design_beams(CLOSE)
-    batch = batch_of(warm(CLOSE, cold.beams))
+    batch = warm(CLOSE, cold.beams).batch()
     batch = replace(
         batch,
         angles=np.repeat(batch.angles, 2, axis=0),
@@ -151,7 +151,7 @@ def test_the_same_holds_for_a_batch(monkeypatch: pytest.MonkeyPatch) -> None:
         active=np.repeat(batch.active, 2, axis=0),
         warm_start=np.stack([cold.beams, np.full_like(cold.beams, np.nan)]),
     )
-    monkeypatch.setattr(design, "_solver", lambda method: worst)
+    monkeypatch.setattr(Method, "solver", lambda method: worst)
     answer = design_batch(batch, "sdp")
     np.testing.assert_array_equal(answer.beams[0], cold.beams)
     assert answer.objective[0] == pytest.approx(cold.objective, rel=1e-12)

@@ -106,9 +106,7 @@ def test_an_array_of_one_row_is_a_linear_array_with_v_the_sine(n: int, spacing: 
     angles = np.linspace(-1.4, 1.4, 9)
     for u in (0.0, 0.3):  # one row tells nothing about u
         directions = np.stack([np.full(9, u), np.sin(angles)], axis=-1)
-        np.testing.assert_allclose(
-            planar.steering(directions), linear.steering(angles), atol=1e-12
-        )
+        np.testing.assert_allclose(planar.steering(directions), linear.steering(angles), atol=1e-12)
         beam = _random(np.random.default_rng(n), n)
         np.testing.assert_allclose(
             planar.pattern(beam, directions), linear.pattern(beam, angles), rtol=1e-9, atol=1e-12

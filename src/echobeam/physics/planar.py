@@ -57,7 +57,9 @@ class PlanarArray:
             positive = False
         if isinstance(spacing, bool) or not positive:
             faults.append(f"spacing must be a positive number of wavelengths, not {spacing!r}")
-        if isinstance(self.polarisations, bool) or self.polarisations not in (1, 2):
+        polarisations: Any = self.polarisations
+        whole = isinstance(polarisations, (int, np.integer)) and not isinstance(polarisations, bool)
+        if not whole or polarisations not in (1, 2):
             faults.append(f"polarisations must be 1 or 2, not {self.polarisations!r}")
         if faults:
             raise ArrayError("; ".join(faults))
