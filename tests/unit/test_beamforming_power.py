@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize
 
-from echobeam.beamforming.power import least_powers, settle, spend, water_filling
+from echobeam.beamforming.power import least_powers, repair_powers, spend, water_filling
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -80,14 +80,16 @@ def test_settle_mends_last_digits_without_exceeding_the_budget() -> None:
     least = least_powers(gains, loss, threshold)
     assert least is not None
     rest = 1.0 - least.sum()
-    powers = settle(gains, loss, threshold, np.array([least[0] * (1 - 1e-7), least[1] + rest]))
+    powers = repair_powers(
+        gains, loss, threshold, np.array([least[0] * (1 - 1e-7), least[1] + rest])
+    )
     own = np.diagonal(gains) * powers
     assert powers.sum() <= 1.0
     assert np.all(own / (gains @ powers - own + loss) >= threshold * (1 - 1e-13))
 
 
 def test_settle_of_floors_out_of_reach_ends_and_stays_in_the_budget() -> None:
-    powers = settle(np.full((2, 2), 3.0), np.ones(2), np.full(2, 9.0), np.array([0.5, 0.5]))
+    powers = repair_powers(np.full((2, 2), 3.0), np.ones(2), np.full(2, 9.0), np.array([0.5, 0.5]))
     assert np.all(np.isfinite(powers))
     assert powers.sum() <= 1.0 + 1e-12
 

@@ -59,7 +59,7 @@ def _of(
 def _impose(covers: Any, made: Any, beam: int, excess: np.ndarray) -> Any:
     one = shapes.shape_of(made, beam)
     near = covers.near[min(beam, len(covers.near) - 1)]
-    grid.impose(one, excess, covers.spare, covers.grid[beam], near, covers.columns)
+    grid.exchange_points(one, excess, covers.spare, covers.grid[beam], near, covers.columns)
     return one
 
 
@@ -101,7 +101,7 @@ def _own_grid(covers: Any, beam: int) -> np.ndarray:
 
 def test_every_start_leaves_slack_in_the_ripple_imposed() -> None:
     for chirp in chirps(LinearArray(30)):
-        made = shapes.set_out(_covers([10.0, 10.0], 1.0, 30), chirp, NOBODY)
+        made = shapes.start_shapes(_covers([10.0, 10.0], 1.0, 30), chirp, NOBODY)
         for beam in range(2):
             assert _slacks(made, beam).min() > 0.0
             assert made.scalars[beam, shape.RIPPLE] >= made.scalars[beam, shape.TARGET]
@@ -109,7 +109,7 @@ def test_every_start_leaves_slack_in_the_ripple_imposed() -> None:
 
 def test_a_wide_start_is_complex_and_spreads_its_power() -> None:
     covers = _covers([10.0, 10.0], 1.0, 30)
-    made = shapes.set_out(covers, EVEN, NOBODY)
+    made = shapes.start_shapes(covers, EVEN, NOBODY)
     size = made.z.shape[1] // 2
     assert np.max(np.abs(made.z[:, size:])) > 0.1
     widest = _pattern(_weights(covers, made, 0), np.radians([66.0, 75.0, 84.0]))
@@ -118,7 +118,7 @@ def test_a_wide_start_is_complex_and_spreads_its_power() -> None:
 
 def test_where_the_cover_does_not_bind_the_start_is_the_matched_beam() -> None:
     covers = _covers([0.1, 0.1], 15.0, 30)
-    made = shapes.set_out(covers, EVEN, NOBODY)
+    made = shapes.start_shapes(covers, EVEN, NOBODY)
     assert not made.z.any()
     np.testing.assert_array_equal(made.scalars[:, shape.BARRIER], start.MATCHED_BARRIER)
     matched = LinearArray(30).steering(ANGLES[0]) / np.sqrt(30)
@@ -127,21 +127,21 @@ def test_where_the_cover_does_not_bind_the_start_is_the_matched_beam() -> None:
 
 def test_a_good_warm_start_is_taken_and_a_bad_one_is_not() -> None:
     covers = _covers([3.0, 3.0], 2.0, 30)
-    cold = shapes.set_out(covers, EVEN, NOBODY)
+    cold = shapes.start_shapes(covers, EVEN, NOBODY)
     warm = np.array([_weights(covers, cold, beam) for beam in range(2)]) * np.exp(0.7j) * 5.0
     warm[1] = np.nan
     with np.errstate(invalid="ignore"):  # as the compiled solver is called
-        made = shapes.set_out(covers, np.ones((1, 1)), warm)
-    other = shapes.set_out(covers, np.ones((1, 1)), NOBODY)
+        made = shapes.start_shapes(covers, np.ones((1, 1)), warm)
+    other = shapes.start_shapes(covers, np.ones((1, 1)), NOBODY)
     np.testing.assert_allclose(made.z[0], cold.z[0], atol=1e-9)
     np.testing.assert_array_equal(made.z[1], other.z[1])
     away = np.tile(LinearArray(30).steering(np.radians(20.0)), (2, 1))
-    np.testing.assert_array_equal(shapes.set_out(covers, np.ones((1, 1)), away).z, other.z)
+    np.testing.assert_array_equal(shapes.start_shapes(covers, np.ones((1, 1)), away).z, other.z)
 
 
 def _made() -> tuple[Any, Any]:
     covers = _covers([6.0, 4.0], 2.0, 24)
-    return covers, shapes.set_out(covers, EVEN, NOBODY)
+    return covers, shapes.start_shapes(covers, EVEN, NOBODY)
 
 
 def test_the_excess_on_the_grid_is_that_of_the_steering_vectors() -> None:
@@ -203,7 +203,7 @@ def test_new_points_have_their_rows_and_room_in_the_ripple() -> None:
 def test_patched_beams_keep_the_grid_and_the_gain() -> None:
     covers, made = _made()
     for beam in range(2):
-        grid.patch(made.z[beam], _excess(covers, made, beam).max())
+        grid.repair_coverage(made.z[beam], _excess(covers, made, beam).max())
         assert _excess(covers, made, beam).max() <= 1e-6
         own = _pattern(_weights(covers, made, beam), ANGLES[beam])
         np.testing.assert_allclose(own, 24.0, rtol=1e-9)
@@ -216,7 +216,7 @@ ELLIPSES = np.array([[[0.03, 0.01], [0.01, 0.02]], [[0.008, 0.0], [0.0, 0.02]]])
 def _planar(polarisations: int) -> tuple[PlanarArray, Any, Any]:
     array = PlanarArray(4, 5, polarisations=polarisations)
     covers = _of(array, DIRECTIONS, ELLIPSES, 0.03, 1.0)
-    return array, covers, shapes.set_out(covers, chirps(array)[0], NOBODY)
+    return array, covers, shapes.start_shapes(covers, chirps(array)[0], NOBODY)
 
 
 def _own_pattern(array: PlanarArray, weights: np.ndarray, directions: np.ndarray) -> np.ndarray:
@@ -273,7 +273,7 @@ def test_a_warm_start_over_an_ellipse_is_taken_whatever_its_phase_and_polarisati
     turn, _ = np.linalg.qr(rng.normal(size=(polarisations, polarisations, 2)) @ [1.0, 1.0j])
     warm = np.stack([_weights(covers, made, beam) for beam in range(2)])
     turned = np.einsum("pq,bqn->bpn", turn, warm.reshape(2, polarisations, -1)).reshape(2, -1)
-    again = shapes.set_out(covers, chirps(array)[1], 3.0 * turned)
+    again = shapes.start_shapes(covers, chirps(array)[1], 3.0 * turned)
     for beam in range(2):
         before, after = (_weights(covers, m, beam) for m in (made, again))
         assert np.linalg.norm(after) == pytest.approx(np.linalg.norm(before), rel=1e-9)

@@ -26,7 +26,7 @@ from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.relaxation import solver as relaxation
 from echobeam.beamforming.relaxation.conic import limited
 from echobeam.beamforming.relaxation.floors import named_faults
-from echobeam.beamforming.relaxation.recovery import keep_coverage, settle_powers
+from echobeam.beamforming.relaxation.recovery import keep_coverage, repair_beam_powers
 from echobeam.beamforming.subspace import real_steering
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
@@ -128,7 +128,7 @@ def _solved(batch: ProblemBatch) -> DirectResult:
 
 
 def long_relaxation(problem: BeamProblem) -> bool:
-    """Tell whether the relaxation would take minutes for a problem with K >= 1 objects."""
+    """Return whether the relaxation would take minutes for a problem with K >= 1 objects."""
     return problem.n_objects > MOST_OBJECTS or bool(np.max(problem_lobes(problem)) > MOST_LOBES)
 
 
@@ -145,7 +145,7 @@ def _unproved(problem: BeamProblem, found: DirectResult, lobes: Array) -> Propos
         return flat
     widest = int(np.argmax(lobes))
     wide = f"object {widest}: its cover is {lobes[widest]:.0f} lobes wide"
-    told = wide if lobes[widest] > STIFF_LOBES else f"{problem.n_objects} objects"
+    words = wide if lobes[widest] > STIFF_LOBES else f"{problem.n_objects} objects"
     outcome: Outcome = "unproved"
     kept = "all constraints, not proved the best"
     if reached[0] < 1.0:
@@ -155,7 +155,7 @@ def _unproved(problem: BeamProblem, found: DirectResult, lobes: Array) -> Propos
         flat,
         beams=beams,
         outcome=outcome,
-        message=f"{told}, and the search did not converge; the beams keep {kept}",
+        message=f"{words}, and the search did not converge; the beams keep {kept}",
         iterations=int(found.iterations[0]),
     )
 
@@ -165,7 +165,7 @@ def _made_to_keep(problem: BeamProblem, beams: ComplexArray, factor: float) -> C
     unit = math.sqrt(problem.power)
     kept = keep_coverage(problem, beams / unit)
     threshold = np.expm1(factor * problem.min_rate * math.log(2.0))
-    return settle_powers(problem, kept, threshold) * unit
+    return repair_beam_powers(problem, kept, threshold) * unit
 
 
 def _worth(problem: BeamProblem, beams: ComplexArray) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 """Flat beams: what is left where hardly any ripple (38f) is allowed over a wide cover.
 
 A pattern of N antennas that is constant over more than 2 N - 2 phases is constant everywhere, and
-one antenna alone has it. Then all beams are heard alike by all objects, only the powers are left
+one antenna alone has it. Then all objects receive all beams alike, only the powers are left
 to choose, and the best ones have a closed form. With next to no ripple a solver has no interior
 to move in, and these beams are what remains when it finds nothing better.
 """
@@ -46,7 +46,7 @@ def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
     beams[:, 0] = np.sqrt(powers * problem.power)
     widest = int(np.argmax(lobes))
     short = [f"all floors scaled by {factor:.4g}"] if factor < 1.0 else []
-    told = (
+    words = (
         f"object {widest}: no better beams than flat ones were found for a ripple of "
         f"{problem.ripple[widest]:.3g} over a cover of {lobes[widest]:.0f} lobes"
     )
@@ -54,7 +54,7 @@ def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
         beams=beams,
         proof=Proof(_bound(problem, loss)),
         outcome="flat",
-        message="; ".join([told, *short]),
+        message="; ".join([words, *short]),
         iterations=0,
     )
 
@@ -65,12 +65,12 @@ def single_proposal(problem: BeamProblem) -> Proposal:
     beams = np.zeros((problem.n_objects, problem.n_tx), dtype=complex)
     beams[:, 0] = np.sqrt(powers * problem.power)
     short = factor < 1.0
-    told = f"one element tells no directions apart; all floors scaled by {factor:.4g}"
+    words = f"one element tells no directions apart; all floors scaled by {factor:.4g}"
     return Proposal(
         beams=beams,
         proof=Proof(_bound(problem, problem.loss / problem.power)),
         outcome="floors lowered" if short else "converged",
-        message=told if short else "",
+        message=words if short else "",
         iterations=0,
     )
 

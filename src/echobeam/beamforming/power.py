@@ -95,9 +95,9 @@ def spend(gains: Array, loss: Array, threshold: Array) -> Array | None:
         return None
     least = least / max(1.0, float(np.sum(least)))
     wanted, _ = water_filling(np.diagonal(gains), loss, least)
-    settled = settle(gains, loss, threshold, wanted)
-    if np.all(_required(gains, loss, threshold, settled) <= settled * (1.0 + BUDGET_DIGITS)):
-        return settled
+    repaired = repair_powers(gains, loss, threshold, wanted)
+    if np.all(_required(gains, loss, threshold, repaired) <= repaired * (1.0 + BUDGET_DIGITS)):
+        return repaired
     # More power for all in the same proportion never harms a floor.
     total = float(np.sum(least))
     return least / total if total > 0.0 else wanted
@@ -109,7 +109,7 @@ def _required(gains: Array, loss: Array, threshold: Array, powers: Array) -> Arr
     return np.asarray(threshold * (gains @ powers - own * powers + loss) / own)
 
 
-def settle(gains: Array, loss: Array, threshold: Array, powers: Array) -> Array:
+def repair_powers(gains: Array, loss: Array, threshold: Array, powers: Array) -> Array:
     """Return nearly the same powers that meet the floors and the budget, if any near ones do.
 
     For the last digits that a solver leaves open: beams short of their floor are raised, and what

@@ -28,7 +28,7 @@ from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.relaxation.floors import fair_proposal
 from echobeam.beamforming.relaxation.model import build_model
 from echobeam.beamforming.relaxation.rank_one import beam_of
-from echobeam.beamforming.relaxation.recovery import keep_coverage, settle_powers
+from echobeam.beamforming.relaxation.recovery import keep_coverage, repair_beam_powers
 from echobeam.beamforming.relaxation.shape import best_shape
 from echobeam.beamforming.relaxation.solver import prove
 from echobeam.values import ComplexArray
@@ -247,7 +247,7 @@ def solve(problem: BeamProblem) -> Proposal:
     final = minimise_rank(stated, relaxed)
     beams = np.stack([_beam(problem, W) for W in final.covariances])
     beams = keep_coverage(problem, beams)
-    beams = settle_powers(problem, beams, stated.threshold) * np.sqrt(problem.power)
+    beams = repair_beam_powers(problem, beams, stated.threshold) * np.sqrt(problem.power)
     return Proposal(
         beams=beams,
         proof=Proof(partial(prove, problem, 0.0)),
@@ -328,14 +328,14 @@ def _fair(problem: BeamProblem) -> Proposal:
 def _message(relaxed: Relaxed, final: Relaxed, reached: float) -> str:
     """Say what iterative rank minimisation lost of the relaxation's sum rate, bit/s/Hz."""
     lost = 1.0 - reached / relaxed.objective if relaxed.objective > 0.0 else 0.0
-    told = [
+    words = [
         f"rank minimisation and repair lost {100.0 * max(lost, 0.0):.3g} % of the relaxation's "
         f"{relaxed.objective:.6g} bit/s/Hz"
     ]
     ratio = rank_ratio(final.covariances)
     if ratio > RANK_ONE:
-        told.append(f"it ended at an eigenvalue ratio of {ratio:.1e}, not at rank one")
-    return "; ".join(told)
+        words.append(f"it ended at an eigenvalue ratio of {ratio:.1e}, not at rank one")
+    return "; ".join(words)
 
 
 def _form(a: ComplexArray, covariance: Any) -> Any:

@@ -15,7 +15,7 @@ import numpy as np
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.reference import SOLVERS, ReferenceProblem, relax
 from echobeam.beamforming.relaxation.rank_one import beam_of
-from echobeam.beamforming.relaxation.recovery import keep_coverage, settle_powers
+from echobeam.beamforming.relaxation.recovery import keep_coverage, repair_beam_powers
 from echobeam.values import ComplexArray
 
 
@@ -72,7 +72,7 @@ def design(problem: BeamProblem, solver: str) -> ComplexArray | None:
         return None
     beams = np.stack([beam_of(_columns(W)) for W in relaxed.covariances])
     beams = keep_coverage(problem, beams)
-    beams = settle_powers(problem, beams, stated.threshold)
+    beams = repair_beam_powers(problem, beams, stated.threshold)
     return np.asarray(beams * np.sqrt(problem.power))
 
 

@@ -1,6 +1,6 @@
-"""What no design can reach whose interference lies in a box: a dual function, evaluated.
+"""Bound on all designs whose interference lies in a box: a dual function, evaluated.
 
-With p_ki = c_k^T W_i c_k, object k hears I_k = sum_{i != k} p_ki of the others, and the sum rate
+With p_ki = c_k^T W_i c_k, object k receives the interference I_k = sum_{i != k} p_ki. The sum rate
 is sum_k log(loss_k + R_k) - log(loss_k + I_k) with R_k = I_k + p_kk. The first logarithm is concave
 and lies below its tangents; the second, over low_k <= I_k <= high_k, makes a convex function that
 lies below its chord. What is then left is linear in {W_k}, and the constraints join with
@@ -20,7 +20,7 @@ from echobeam.values import Array
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Box:
-    """Limits of what each object hears of others' beams, ``(K,)`` each, in units of P_T."""
+    """Limits of the interference at each object, ``(K,)`` each, in units of P_T."""
 
     low: Array
     high: Array
@@ -32,9 +32,9 @@ class Box:
         slope = np.log1p(some / (loss + self.low)) / some
         return np.where(width > 0.0, slope, 1.0 / (loss + self.low))
 
-    def lift(self, loss: Array, heard: Array) -> Array:
+    def lift(self, loss: Array, interference: Array) -> Array:
         """Return by how much the chord exceeds -log(loss + I) at I, ``(K,)``, nats."""
-        inside = np.clip(heard, self.low, self.high)
+        inside = np.clip(interference, self.low, self.high)
         rise = np.log1p((inside - self.low) / (loss + self.low))
         return np.asarray(rise - self.chord(loss) * (inside - self.low))
 
@@ -65,7 +65,7 @@ class Multipliers:
 
     @property
     def finite(self) -> bool:
-        """Tell whether all are numbers."""
+        """Return whether all are numbers."""
         parts = [self.received, self.floors, self.at_most, self.at_least, *self.above, *self.below]
         return all(bool(np.isfinite(part).all()) for part in parts)
 

@@ -114,8 +114,8 @@ def _total(model: Model, received: Array) -> float:
 def _relaxed_rate(model: Model, box: Box, gains: Array) -> float:
     """Return what the relaxed problem makes of beams, bit/s/Hz."""
     own = np.diagonal(gains)
-    heard = gains.sum(axis=-1) - own
-    rate = np.log1p(own / (heard + model.loss)) + box.lift(model.loss, heard)
+    interference = gains.sum(axis=-1) - own
+    rate = np.log1p(own / (interference + model.loss)) + box.lift(model.loss, interference)
     return float(np.sum(rate) / np.log(2.0))
 
 
@@ -134,7 +134,7 @@ def _programme(
     others = [np.arange(n_objects) != k for k in range(n_objects)]
     chord = box.chord(model.loss)
     floors, floors_of = floor_rows(model, forms)
-    heard = [form * other[:, np.newaxis] for form, other in zip(forms, others, strict=True)]
+    interference = [form * other[:, np.newaxis] for form, other in zip(forms, others, strict=True)]
     high, low, bounded = _limits(model, box)
     return conic.Programme(
         blocks=[beam.block for beam in model.beams],
@@ -149,11 +149,13 @@ def _programme(
                 [
                     scale * beam.block.identity(),
                     floor,
-                    hears / high[:, np.newaxis],
-                    -hears[bounded] / low[bounded, np.newaxis],
+                    interferes / high[:, np.newaxis],
+                    -interferes[bounded] / low[bounded, np.newaxis],
                 ]
             )
-            for scale, beam, floor, hears in zip(scales, model.beams, floors, heard, strict=True)
+            for scale, beam, floor, interferes in zip(
+                scales, model.beams, floors, interference, strict=True
+            )
         ],
         most_of=np.concatenate(
             [[1.0], floors_of, box.high / high, -box.low[bounded] / low[bounded]]
@@ -213,7 +215,7 @@ def _bound(
 def _proved_empty(
     model: Model, box: Box, answer: conic.ConicAnswer, scales: Array, cuts: list[BoolArray]
 ) -> bool:
-    """Tell whether the solver's proof that there is no design in the box holds when evaluated."""
+    """Return whether the solver's proof that there is no design in the box holds when evaluated."""
     received = np.zeros(scales.size)
     at = _multipliers(model, box, answer, scales, 1.0, received)
     return _bound(model, box, at, cuts, rates=False) < 0.0

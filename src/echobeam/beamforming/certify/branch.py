@@ -1,6 +1,6 @@
 """How good beams are, proved to a wanted gap: branch and bound on the interference, Eq. (38).
 
-Only what the objects hear of each other makes (38) hard. Where each object's interference is known
+Only the interference at the objects makes (38) hard. Where each object's interference is known
 to lie between two limits, `box_relaxation` proves a bound, the tighter the narrower the limits.
 So limits are halved where they matter until no box can hold a design that is better than the best
 one known by more than the gap. A box that cannot be proved keeps its parent's bound; ending early
@@ -141,15 +141,15 @@ class _Search:
         self.boxes += 1
         self.cuts = relaxed.cuts
         bound = min(bound, relaxed.bound)
-        heard = 0.5 * (narrowed.low + narrowed.high)
+        interference = 0.5 * (narrowed.low + narrowed.high)
         if relaxed.covariances is not None:
             gains = model_gains(self.model, relaxed.covariances)
-            heard = gains.sum(axis=-1) - np.diagonal(gains)
+            interference = gains.sum(axis=-1) - np.diagonal(gains)
             self.consider(relaxed.covariances, gains)
         if bound <= self.best * (1.0 + gap):
             self.closed = max(self.closed, bound)
             return
-        for half in _halves(narrowed, self.model.loss, heard):
+        for half in _halves(narrowed, self.model.loss, interference):
             heapq.heappush(self.open, (-bound, next(self.order), half))
 
     def free_bound(self, low: Array) -> float:
@@ -209,7 +209,7 @@ class _Search:
 
 
 def _within_budget(design: Design) -> bool:
-    """Tell whether a design spends no more than the power; a solver that gave up may."""
+    """Return whether a design spends no more than the power; a solver that gave up may."""
     spent = sum(float(np.trace(covariance)) for covariance in design.covariances)
     return spent <= 1.0 + OVERSPENT
 
@@ -226,13 +226,13 @@ def _reduced(model: Model, k: int, beam: ComplexArray, power: float) -> Array:
     return np.asarray(np.outer(coordinates, np.conj(coordinates)).real)
 
 
-def _halves(box: Box, loss: Array, heard: Array) -> tuple[Box, Box]:
-    """Cut a box in two where its chord errs most: on a logarithmic scale, at what is heard."""
-    k = int(np.argmax(box.lift(loss, heard)))
-    if box.lift(loss, heard)[k] <= 0.0:
+def _halves(box: Box, loss: Array, interference: Array) -> tuple[Box, Box]:
+    """Cut a box in two where its chord errs most: on a logarithmic scale, at the interference."""
+    k = int(np.argmax(box.lift(loss, interference)))
+    if box.lift(loss, interference)[k] <= 0.0:
         k = int(np.argmax(np.log1p((box.high - box.low) / (loss + box.low))))
     low, high = np.log(loss[k] + np.array([box.low[k], box.high[k]]))
-    at = np.log(loss[k] + np.clip(heard[k], box.low[k], box.high[k]))
+    at = np.log(loss[k] + np.clip(interference[k], box.low[k], box.high[k]))
     margin = MIDDLE * (high - low)
     place = float(np.exp(np.clip(at, low + margin, high - margin)) - loss[k])
     return Box(box.low, _put(box.high, k, place)), Box(_put(box.low, k, place), box.high)

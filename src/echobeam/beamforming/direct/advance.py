@@ -59,7 +59,7 @@ def step_length(
     ripple, target = scalars[RIPPLE], scalars[TARGET]
     base = _merit(z, response, below, above, weight, mu)
     low, high = np.empty(m), np.empty(m)
-    at, heard = np.empty(z.size), np.empty(response.shape)
+    at, reached = np.empty(z.size), np.empty(response.shape)
     length = 1.0
     for _ in range(MOST_BACKTRACKS):
         for place in range(z.size):
@@ -67,8 +67,8 @@ def step_length(
         for part in range(response.shape[0]):
             for row in range(response.shape[1]):
                 arc = moved[part, row] + length * bowed[part, row]
-                heard[part, row] = response[part, row] + length * arc
-        least = slacks(heard, _narrowed(ripple, target, length) * power_of(at), low, high)
+                reached[part, row] = response[part, row] + length * arc
+        least = slacks(reached, _narrowed(ripple, target, length) * power_of(at), low, high)
         inside = least > 0.0
         for row in range(m):
             inside &= low[row] > (1.0 - TO_BOUNDARY) * below[row]
@@ -77,7 +77,7 @@ def step_length(
             if ripple > target:
                 return length
             enough = base + DECREASE * length * inclination + ROUNDING * (1.0 + abs(base))
-            if _merit(at, heard, low, high, weight, mu) <= enough:
+            if _merit(at, reached, low, high, weight, mu) <= enough:
                 return length
         length *= BACKTRACK
     return 0.0

@@ -7,7 +7,7 @@ import numpy as np
 from echobeam.beamforming.direct import powers as uplink
 from echobeam.beamforming.direct.arrays import scaled_identity
 from echobeam.beamforming.direct.compiling import compiled, inlined
-from echobeam.beamforming.direct.grid import MISSED, impose, patch
+from echobeam.beamforming.direct.grid import MISSED, exchange_points, repair_coverage
 from echobeam.beamforming.direct.linear import factor
 from echobeam.beamforming.direct.powers import Powers, downlink, improve
 from echobeam.beamforming.direct.shape import (
@@ -23,7 +23,7 @@ from echobeam.beamforming.direct.shapes import (
     Covers,
     Shapes,
     excess_of,
-    listen,
+    measure_leaks,
     shape_of,
 )
 from echobeam.beamforming.direct.start import FIRST_BARRIER, make_feasible
@@ -56,8 +56,9 @@ CURVED = 3e-5
 """How far from positive semidefinite a shape's dual matrix may be, relative to its diagonal."""
 
 UNFINISHED, UNPROVED = 0.1, 0.5
-"""Parts of `Powers.leeway` to which the beam of an object that is not served may miss the best one,
-and the proof that there is no better one: the object could not become worth serving by that."""
+"""Parts of `Powers.reduced_cost` to which the beam of an object that is not served may miss the
+best one, and the proof that there is no better one: the object could not become worth serving by
+that."""
 
 UNKEPT = 5e-7
 """Excess of ripple, relative to what is allowed, up to which such a beam may stay: more cannot be
@@ -92,7 +93,7 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, most: int, held: int
             step(shape, weight)
             _free(shape)
             looked[beam] = wide and shapes.scalars[beam, BARRIER] < before
-        listen(shapes, power, leak)
+        measure_leaks(shapes, power, leak)
         improve(powers, power, leak, count <= held)
         ready = _is_ready(shapes, powers, power)
         if count % EVERY == 0:
@@ -103,7 +104,7 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, most: int, held: int
             looked[beam] |= ready
             if looked[beam]:
                 worst = excess_of(covers, shapes, beam, weights, excess[beam])
-                settled &= worst < max(MISSED, min(UNFINISHED * powers.leeway[beam], UNKEPT))
+                settled &= worst < max(MISSED, min(UNFINISHED * powers.reduced_cost[beam], UNKEPT))
         if settled:
             return count
         for beam in range(n_objects):
@@ -111,7 +112,9 @@ def descend(covers: Covers, shapes: Shapes, powers: Powers, most: int, held: int
                 missed = excess[beam, : covers.points[beam]]
                 near = covers.near[min(beam, covers.near.shape[0] - 1)]
                 shape = shape_of(shapes, beam)
-                impose(shape, missed, covers.spare, covers.grid[beam], near, covers.columns)
+                exchange_points(
+                    shape, missed, covers.spare, covers.grid[beam], near, covers.columns
+                )
     return most + 1
 
 
@@ -128,16 +131,16 @@ def sum_of_rates(powers: Powers, power: Array, leak: Array) -> float:
     """Return the sum rate, nats, of the uplink."""
     total = 0.0
     for beam in range(power.size):
-        heard = power[beam]
+        interference = power[beam]
         for other in range(power.size):
-            heard += leak[beam, other] * powers.level[other]
-        total += np.log1p(powers.level[beam] / heard)
+            interference += leak[beam, other] * powers.level[other]
+        total += np.log1p(powers.level[beam] / interference)
     return total
 
 
 @compiled
 def _has_stalled(shapes: Shapes, powers: Powers, value: float, before: float) -> bool:
-    """Tell whether next to nothing was gained since the sum rate was last looked at."""
+    """Return whether next to nothing was gained since the sum rate was last looked at."""
     stalled: bool = abs(value - before) < STALLED * value
     stalled &= powers.scalars[uplink.RESIDUAL] < STALLED_POWERS
     for beam in range(shapes.scalars.shape[0]):
@@ -147,11 +150,11 @@ def _has_stalled(shapes: Shapes, powers: Powers, value: float, before: float) ->
 
 @compiled
 def _is_ready(shapes: Shapes, powers: Powers, power: Array) -> bool:
-    """Tell whether shapes and powers are optimal for the points imposed."""
+    """Return whether shapes and powers are optimal for the points imposed."""
     ready: bool = powers.scalars[uplink.RESIDUAL] < DONE_POWERS
     for beam in range(power.size):
         scalars = shapes.scalars[beam]
-        unfinished = UNFINISHED * powers.leeway[beam]
+        unfinished = UNFINISHED * powers.reduced_cost[beam]
         last = unfinished * power[beam] / (2.0 * shapes.low.shape[1])
         ready &= scalars[BARRIER] <= max(LAST_BARRIER, last)
         ready &= scalars[RIPPLE] <= scalars[TARGET]
@@ -160,7 +163,7 @@ def _is_ready(shapes: Shapes, powers: Powers, power: Array) -> bool:
 
 
 @inlined
-def harvest(
+def finish_beams(
     covers: Covers, shapes: Shapes, powers: Powers, beams: ComplexArray
 ) -> tuple[float, bool, bool]:
     """Fill beams ``(K, r N)`` that keep the grid and the power; return their rate, if they are any.
@@ -173,16 +176,18 @@ def harvest(
     n_objects, size, n_tx = covers.grid.shape[0], covers.grid.shape[2], covers.n_tx
     power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
     excess = np.empty(size)
-    listen(shapes, power, leak)
+    measure_leaks(shapes, power, leak)
     kept = True
     for beam in range(n_objects):
         worst = excess_of(covers, shapes, beam, beams[beam], excess)
         # A cover that takes all directions leaves none to spare; over a wide one the spare one
         # reaches the grid a little.
         if shapes.basis.shape[1] < n_tx:
-            patch(shapes.z[beam], worst)
+            repair_coverage(shapes.z[beam], worst)
             if worst > MISSED:
-                patch(shapes.z[beam], excess_of(covers, shapes, beam, beams[beam], excess))
+                repair_coverage(
+                    shapes.z[beam], excess_of(covers, shapes, beam, beams[beam], excess)
+                )
                 kept &= excess_of(covers, shapes, beam, beams[beam], excess) < UNKEPT
         else:
             kept &= worst < UNKEPT
@@ -208,7 +213,7 @@ def harvest(
 
 @inlined
 def globally_best(shapes: Shapes, powers: Powers) -> bool:
-    """Tell whether the multipliers prove every shape optimal for its prices."""
+    """Return whether the multipliers prove every shape optimal for its prices."""
     n_objects, n = shapes.low.shape[0], shapes.rows.shape[1]
     weight, inverse = np.empty(n_objects - 1), np.empty(n)
     for beam in range(n_objects):
@@ -228,27 +233,29 @@ def globally_best(shapes: Shapes, powers: Powers) -> bool:
             form[place, place] += spread
             largest = max(largest, abs(form[place, place]))
         for place in range(n):
-            form[place, place] += max(CURVED * (1.0 + largest), UNPROVED * powers.leeway[beam])
+            form[place, place] += max(
+                CURVED * (1.0 + largest), UNPROVED * powers.reduced_cost[beam]
+            )
         if not factor(form, inverse):
             return False
     return True
 
 
 @inlined
-def loudest(powers: Powers, power: Array, leak: Array) -> float:
+def largest_interference(powers: Powers, power: Array, leak: Array) -> float:
     """Return the largest interference over noise, at the start and with all the power."""
-    heard = 0.0
+    interference = 0.0
     for beam in range(power.size):
         for other in range(power.size):
-            heard = max(heard, leak[beam, other] / (power[beam] * powers.loss[other]))
-    return heard
+            interference = max(interference, leak[beam, other] / (power[beam] * powers.loss[other]))
+    return interference
 
 
 @inlined
-def disturbance(powers: Powers, power: Array, objective: float) -> float:
+def interference_loss(powers: Powers, power: Array, objective: float) -> float:
     """Return what the beams' consideration for each other costs of the sum rate, relative.
 
-    Compares with the sum rate of beams that hear nothing of each other; the powers are used up.
+    Compares with the sum rate of beams without interference; the powers are used up.
     """
     silence = scaled_identity(power.size, 0.0)
     for _ in range(QUIET_STEPS):
@@ -264,7 +271,7 @@ def sum_rate(shapes: Shapes, powers: Powers) -> float:
     """Return the sum rate, nats, of shapes as they are; -inf where floors are not met."""
     n_objects = powers.loss.size
     power, leak = np.empty(n_objects), scaled_identity(n_objects, 0.0)
-    listen(shapes, power, leak)
+    measure_leaks(shapes, power, leak)
     if powers.scalars[uplink.FACTOR] < 1.0:
         return -np.inf
     return sum_of_rates(powers, power, leak)

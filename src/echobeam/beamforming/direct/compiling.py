@@ -128,12 +128,12 @@ class _Watch(event.Listener):  # type: ignore[misc]
     def __init__(self, folder: Path | None, progress: Progress) -> None:
         self.folder, self.progress = folder, progress
         self.done = 0
-        self.told = False
+        self.announced = False
 
     def on_start(self, happened: Any) -> None:
         """Say once that the solver is being compiled, and where it will be kept."""
-        if not self.told:
-            self.told = True
+        if not self.announced:
+            self.announced = True
             logging.getLogger("echobeam").warning(message(self.folder))
 
     def on_end(self, happened: Any) -> None:

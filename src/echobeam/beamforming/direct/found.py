@@ -17,8 +17,9 @@ class Found:
     """Results of T trials: beams for unit power, and the rest as in `DirectResult`.
 
     ``proved``, ``(T,)``: the multipliers prove every shape the best for its prices, among beams of
-    any rank. ``kept``, ``(T,)``: the beams keep their covers, converged or not. ``disturbance``,
-    ``(T,)``: the share of the sum rate that the beams' consideration for each other costs, roughly.
+    any rank. ``kept``, ``(T,)``: the beams keep their covers, converged or not.
+    ``interference_loss``, ``(T,)``: the share of the sum rate that the beams' consideration for
+    each other costs, roughly.
     """
 
     beams: ComplexArray
@@ -28,7 +29,7 @@ class Found:
     kept: BoolArray
     factor: Array
     iterations: IntArray
-    disturbance: Array
+    interference_loss: Array
 
     def among(self, objects: IntArray, n_objects: int) -> Found:
         """Return the same with beams for more objects, zero but for ``objects``, ``(T, k)``."""

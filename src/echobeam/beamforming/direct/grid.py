@@ -19,7 +19,7 @@ from echobeam.beamforming.direct.shape import (
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 MISSED = 2e-8
-"""Excess of ripple, relative to what is allowed, that is left to `patch`."""
+"""Excess of ripple, relative to what is allowed, that is left to `repair_coverage`."""
 
 NEAR, LEAST_NEAR, MOST_NEAR = 1.0, 0.01, 0.5
 """Slack, relative to what is allowed, up to which a peak is imposed: NEAR sqrt(barrier), within
@@ -107,7 +107,7 @@ def _along_row(turns: Array, weights: ComplexArray, parts: Array) -> None:
 
 
 @compiled
-def impose(
+def exchange_points(
     shape: Shape, excess: Array, spare: int, grid: Array, near: IntArray, columns: int
 ) -> None:
     """Impose grid points that are near their limit or beyond, in place of idle ones.
@@ -207,7 +207,7 @@ def _refresh(shape: Shape, new: BoolArray, grid: Array, columns: int) -> None:
 
 
 @compiled
-def patch(z: Array, worst: float) -> None:
+def repair_coverage(z: Array, worst: float) -> None:
     """Spend power in the spare direction for an excess, relative, in place.
 
     The spare direction is orthogonal to the cover, so that it raises the power alone, and with it

@@ -27,7 +27,7 @@ after many equal vectors, is no number."""
 
 @compiled
 def factor(matrix: Array, inverse: Array) -> bool:
-    """Factor a symmetric matrix as L diag(1/inverse) L^T in place; tell whether it is definite.
+    """Factor a symmetric matrix as L diag(1/inverse) L^T in place; return whether it is definite.
 
     Products of contiguous rows are what vector instructions are good at, hence the lower triangle.
 

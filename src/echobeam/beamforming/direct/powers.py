@@ -53,7 +53,7 @@ class Powers(NamedTuple):
         Surplus as parts of the whole, and their multipliers.
     level
         lambda.
-    leeway
+    reduced_cost
         Part by which the cost of an object's beam could fall before the object would be worth
         serving; 0 for those that are served.
     scalars
@@ -66,7 +66,7 @@ class Powers(NamedTuple):
     share: Array
     price: Array
     level: Array
-    leeway: Array
+    reduced_cost: Array
     scalars: Array
 
 
@@ -80,7 +80,7 @@ def start_powers(loss: Array, threshold: Array, share: Array) -> Powers:
         share=share,
         price=np.empty(users),
         level=np.empty(users),
-        leeway=np.empty(users),
+        reduced_cost=np.empty(users),
         scalars=np.empty(SCALARS),
     )
     least = np.inf
@@ -88,7 +88,7 @@ def start_powers(loss: Array, threshold: Array, share: Array) -> Powers:
         least = min(least, loss[user])
         powers.price[user] = FIRST_GAP
         powers.level[user] = share[user] / loss[user]
-        powers.leeway[user] = 0.0
+        powers.reduced_cost[user] = 0.0
     powers.scalars[SCALE] = np.log1p(1.0 / least)
     powers.scalars[FACTOR] = 1.0
     powers.scalars[RESIDUAL] = np.inf if users > 1 else 0.0
@@ -106,7 +106,7 @@ def improve(powers: Powers, power: Array, leak: Array, hold: bool) -> None:
     power
         ``(K,)``.
     leak
-        ``(K, K)``: [k, i] what object i hears of beam k, zero on the diagonal.
+        ``(K, K)``: [k, i] gain of beam k at object i, zero on the diagonal.
     hold
         Leave the shares of the surplus as they are.
     """
@@ -139,12 +139,12 @@ def improve(powers: Powers, power: Array, leak: Array, hold: bool) -> None:
         scalars[RESIDUAL] = 0.0
     for user in range(users):
         if not (met and loss[user] * level[user] < SILENT):
-            powers.leeway[user] = 0.0
+            powers.reduced_cost[user] = 0.0
 
 
 @compiled
 def downlink(powers: Powers, power: Array, leak: Array, ratio: Array, received: Array) -> bool:
-    """Fill ``(K,)`` SINRs and the powers that reach them; tell if they exist."""
+    """Fill ``(K,)`` SINRs and the powers that reach them; return whether they exist."""
     loss, level = powers.loss, powers.level
     users = loss.size
     system = scaled_identity(users, 1.0)
@@ -262,7 +262,7 @@ def _newton(powers: Powers, base: Array, jacobian: Array, power: Array, leak: Ar
         best += share[row] * slope[row]
     for row in range(users):
         margin = max(best - slope[row], 0.0)
-        powers.leeway[row] = margin / (margin + jacobian[row, row] / total[row] / scale)
+        powers.reduced_cost[row] = margin / (margin + jacobian[row, row] / total[row] / scale)
     eliminate(bend, right)
     value, weight = 0.0, 0.0
     for row in range(users):

@@ -61,12 +61,12 @@ def respond(rows: Array, z: Array, response: Array) -> None:
     """Fill ``(2 r, R)`` with a^T z."""
     size, count = rows.shape
     for part in range(response.shape[0]):
-        heard = response[part]
-        fill(heard, 0.0)
+        line_response = response[part]
+        fill(line_response, 0.0)
         for place in range(size):
             line, value = rows[place], z[part * size + place]
             for row in range(count):
-                heard[row] += line[row] * value
+                line_response[row] += line[row] * value
 
 
 @compiled
@@ -83,9 +83,9 @@ def slacks(response: Array, allowed: float, below: Array, above: Array) -> float
     least = np.inf
     fill(above, -1.0)
     for part in range(response.shape[0]):
-        heard = response[part]
+        line_response = response[part]
         for row in range(above.size):
-            above[row] += heard[row] ** 2
+            above[row] += line_response[row] ** 2
     for row in range(below.size):
         excess = above[row]
         below[row] = allowed + excess

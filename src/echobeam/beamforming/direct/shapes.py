@@ -1,4 +1,4 @@
-"""All shapes of one trial: where they start, what is heard of them, what they miss; `direct`."""
+"""All shapes of one trial: where they start, their gains elsewhere, their violations; `direct`."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def shape_of(shapes: Shapes, beam: int) -> Shape:
 
 
 @inlined
-def set_out(covers: Covers, chirp: Array, warm: ComplexArray) -> Shapes:
+def start_shapes(covers: Covers, chirp: Array, warm: ComplexArray) -> Shapes:
     """Return where a trial's shapes start.
 
     Parameters
@@ -144,14 +144,14 @@ def _room(covers: Covers, columns: int) -> Shapes:
     """Return shapes of so many columns that are yet to be filled."""
     n_objects, axes, size = covers.grid.shape
     m, n = covers.first.shape[1], min(covers.n_tx, n_objects + covers.nodes.shape[1]) - 1
-    heard = m + n_objects - 1
+    count = m + n_objects - 1
     return Shapes(
         basis=np.empty((n_objects, n + 1, covers.n_tx)),
         turns=np.empty((n_objects, axes, 2, size)),
         points=np.empty((n_objects, m), dtype=np.int64),
-        rows=np.empty((n_objects, n, heard)),
-        offset=np.empty((n_objects, heard)),
-        response=np.empty((n_objects, 2 * columns, heard)),
+        rows=np.empty((n_objects, n, count)),
+        offset=np.empty((n_objects, count)),
+        response=np.empty((n_objects, 2 * columns, count)),
         z=np.empty((n_objects, 2 * columns * n)),
         low=np.empty((n_objects, m)),
         high=np.empty((n_objects, m)),
@@ -176,7 +176,7 @@ def _fill_rows(shape: Shape, covers: Covers, beam: int) -> None:
 
 
 @compiled
-def listen(shapes: Shapes, power: Array, leak: Array) -> None:
+def measure_leaks(shapes: Shapes, power: Array, leak: Array) -> None:
     """Fill ``(K,)`` powers and ``(K, K)`` leaks of shapes."""
     n_objects, m = shapes.low.shape
     for beam in range(n_objects):

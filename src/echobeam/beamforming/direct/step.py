@@ -203,7 +203,7 @@ def step(shape: Shape, weight: Array) -> None:
     shape
         Strictly feasible for the ripple imposed now.
     weight
-        ``(R - m,)``: price of what the other objects hear.
+        ``(R - m,)``: price of the interference at the other objects.
     """
     rows, z, response = shape.rows, shape.z, shape.response
     low, high, scalars = shape.low, shape.high, shape.scalars

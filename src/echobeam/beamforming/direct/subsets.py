@@ -68,7 +68,7 @@ def search_subsets(
     left
         ``(T,)``: steps on all beams that each trial may still take; changed.
     """
-    contested = np.flatnonzero((found.disturbance > CONTESTED) & (left > 0.0))
+    contested = np.flatnonzero((found.interference_loss > CONTESTED) & (left > 0.0))
     n_objects = trials.loss.shape[1]
     if n_objects < 2 or not contested.size:
         return

@@ -12,10 +12,10 @@ from echobeam.beamforming.direct import powers as uplink
 from echobeam.beamforming.direct.arrays import scaled_identity
 from echobeam.beamforming.direct.climb import (
     descend,
-    disturbance,
+    finish_beams,
     globally_best,
-    harvest,
-    loudest,
+    interference_loss,
+    largest_interference,
     sum_rate,
 )
 from echobeam.beamforming.direct.compiling import (
@@ -28,7 +28,7 @@ from echobeam.beamforming.direct.compiling import (
 from echobeam.beamforming.direct.found import Found
 from echobeam.beamforming.direct.layout import Layout
 from echobeam.beamforming.direct.shape import power_of
-from echobeam.beamforming.direct.shapes import Covers, listen, set_out
+from echobeam.beamforming.direct.shapes import Covers, measure_leaks, start_shapes
 from echobeam.physics.planar import AntennaArray
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
@@ -38,10 +38,10 @@ HELD = 20
 """Steps for which shares that were given are held, so that the shapes are those which suit them
 and not those of a transition."""
 
-AUDIBLE = 0.01
+NOTICEABLE = 0.01
 """Interference over noise, at the start and with all the power, that is worth a closer look."""
 
-OBJECTIVE, CONVERGED, KEPT, PROVED, PART, STEPS, DISTURBANCE, FIGURES = 0, 1, 2, 3, 4, 5, 6, 7
+OBJECTIVE, CONVERGED, KEPT, PROVED, PART, STEPS, INTERFERENCE_LOSS, FIGURES = 0, 1, 2, 3, 4, 5, 6, 7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +118,7 @@ class CompiledTrials:
             kept=figures[:, KEPT] > 0.0,
             factor=figures[:, PART].copy(),
             iterations=figures[:, STEPS].astype(np.int64),
-            disturbance=figures[:, DISTURBANCE].copy(),
+            interference_loss=figures[:, INTERFERENCE_LOSS].copy(),
         )
 
     def probe(self, chirp: Array, share: Array, steps: int) -> tuple[Array, Array]:
@@ -225,27 +225,27 @@ def _runner() -> Callable[..., None]:
                 n_tx,
                 columns,
             )
-            shapes = set_out(covers, chirp, warm[trial] if warm.size else nobody)
+            shapes = start_shapes(covers, chirp, warm[trial] if warm.size else nobody)
             powers = uplink.start_powers(loss[trial], threshold[trial], share[trial])
             power, leak = np.empty(loss.shape[1]), scaled_identity(loss.shape[1], 0.0)
-            listen(shapes, power, leak)
-            heard = loudest(powers, power, leak)
+            measure_leaks(shapes, power, leak)
+            interference = largest_interference(powers, power, leak)
             steps = descend(covers, shapes, powers, most, held)
             line = figures[trial]
             line[STEPS] = min(steps, most)
-            line[DISTURBANCE] = 0.0
+            line[INTERFERENCE_LOSS] = 0.0
             if beams.size:
                 best = globally_best(shapes, powers)
                 for beam in range(power.size):
                     power[beam] = min(power[beam], power_of(shapes.z[beam]))
-                objective, good, kept = harvest(covers, shapes, powers, beams[trial])
+                objective, good, kept = finish_beams(covers, shapes, powers, beams[trial])
                 line[OBJECTIVE] = objective
                 line[CONVERGED] = 1.0 if steps <= most and good else 0.0
                 line[KEPT] = 1.0 if kept else 0.0
                 line[PROVED] = 1.0 if best else 0.0
                 line[PART] = powers.scalars[uplink.FACTOR]
-                if heard > AUDIBLE:
-                    line[DISTURBANCE] = disturbance(powers, power, objective)
+                if interference > NOTICEABLE:
+                    line[INTERFERENCE_LOSS] = interference_loss(powers, power, objective)
             else:
                 line[OBJECTIVE] = sum_rate(shapes, powers)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from echobeam.beamforming.coverage import coverage_grid
 from echobeam.beamforming.objective import beam_gains
-from echobeam.beamforming.power import settle
+from echobeam.beamforming.power import repair_powers
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.relaxation.model import FLATNESS, BeamModel, Model
 from echobeam.beamforming.relaxation.rank_one import autocorrelation, beam_of, spectral_factor
@@ -30,7 +30,7 @@ ROUNDING = 1e-15
 def recover_beams(problem: BeamProblem, model: Model, covariances: list[Array]) -> ComplexArray:
     """Return beams with the patterns and powers of reduced covariances.
 
-    What a solver left open in the last digits of the rate floors (38e) is settled by the powers.
+    What a solver left open in the last digits of the rate floors (38e) is repaired by the powers.
     For a linear array a beam of that pattern exists, see `rank_one`; for a planar one it may not,
     and the beam is that of the strongest columns.
 
@@ -54,7 +54,7 @@ def recover_beams(problem: BeamProblem, model: Model, covariances: list[Array]) 
             for beam, covariance in zip(model.beams, covariances, strict=True)
         ]
     )
-    return settle_powers(problem, beams, model.threshold) * math.sqrt(problem.power)
+    return repair_beam_powers(problem, beams, model.threshold) * math.sqrt(problem.power)
 
 
 def _beam(beam: BeamModel, covariance: Array, count: int, exact: bool) -> ComplexArray:
@@ -78,7 +78,7 @@ def _beam(beam: BeamModel, covariance: Array, count: int, exact: bool) -> Comple
     return to_beams(paired).ravel() * math.sqrt(power / kept)
 
 
-def settle_powers(problem: BeamProblem, beams: ComplexArray, threshold: Array) -> ComplexArray:
+def repair_beam_powers(problem: BeamProblem, beams: ComplexArray, threshold: Array) -> ComplexArray:
     """Return the same beams with powers that meet floors (38e) and budget (38b), if near ones do.
 
     Parameters
@@ -88,7 +88,7 @@ def settle_powers(problem: BeamProblem, beams: ComplexArray, threshold: Array) -
     beams
         ``(K, n)``, sqrt(power / P_T).
     threshold
-        ``(K,)``: as in `power.settle`.
+        ``(K,)``: as in `power.repair_powers`.
     """
     powers = np.sum(np.abs(beams) ** 2, axis=-1)
     served = powers >= NO_POWER
@@ -97,8 +97,8 @@ def settle_powers(problem: BeamProblem, beams: ComplexArray, threshold: Array) -
         return beams
     gains = beam_gains(beams[served], problem.angles[served], problem.array) / powers[served]
     loss = problem.loss[served] / problem.power
-    settled = settle(gains, loss, threshold[served], powers[served])
-    beams[served] *= np.sqrt(settled / powers[served] * (1.0 - ROUNDING))[:, np.newaxis]
+    repaired = repair_powers(gains, loss, threshold[served], powers[served])
+    beams[served] *= np.sqrt(repaired / powers[served] * (1.0 - ROUNDING))[:, np.newaxis]
     return beams
 
 

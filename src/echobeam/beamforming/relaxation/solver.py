@@ -53,9 +53,9 @@ def solve(problem: BeamProblem) -> Proposal:
         proposal = _solve(problem)
     if not work.reached:
         return proposal
-    told = "; ".join(filter(None, ["the relaxation reached its limit of work", proposal.message]))
+    words = "; ".join(filter(None, ["the relaxation reached its limit of work", proposal.message]))
     outcome = "unproved" if proposal.outcome == "converged" else proposal.outcome
-    return replace(proposal, outcome=outcome, message=told)
+    return replace(proposal, outcome=outcome, message=words)
 
 
 def _solve(problem: BeamProblem) -> Proposal:
@@ -67,8 +67,10 @@ def _solve(problem: BeamProblem) -> Proposal:
     beams = recover_beams(problem, model, found.design.covariances)
     if problem.array.axes > 1 and violation(problem, beams).largest > FEASIBLE:
         flat = flat_proposal(problem, problem_lobes(problem))
-        told = "the relaxation is a bound: no single beams with its patterns were found; flat beams"
-        return replace(flat, proof=Proof(found.bound), message=told)
+        words = (
+            "the relaxation is a bound: no single beams with its patterns were found; flat beams"
+        )
+        return replace(flat, proof=Proof(found.bound), message=words)
     return Proposal(
         beams=beams,
         proof=Proof(found.bound),
@@ -151,13 +153,13 @@ def _better(model: Model, found: _Found | None, design: Design) -> _Found:
 
 
 def impossible_alone(model: Model, shapes: list[Shape]) -> bool:
-    """Tell whether the floors take more than the power even if beams did not disturb each other."""
+    """Return whether the floors take more than the power even without interference."""
     gains = np.array([shape.bound for shape in shapes])
     return bool(np.sum(model.threshold * model.loss / gains) > 1.0 + BUDGET_DIGITS)
 
 
 def meets_floors(model: Model, design: Design) -> bool:
-    """Tell whether a design keeps the floors (38e), but for the last digits."""
+    """Return whether a design keeps the floors (38e), but for the last digits."""
     reached = sinr(model_gains(model, design.covariances), model.loss)
     return bool(np.all(reached >= model.threshold * (1.0 - FLOOR_DIGITS)))
 
@@ -173,7 +175,7 @@ def _starts(model: Model, units: list[Array], powers: Array | None) -> Iterator[
 
 
 def _separating(model: Model, k: int) -> Array:
-    """Return the matched beam of one object, cleared of what the others would hear."""
+    """Return the matched beam of one object, cleared of interference at the others."""
     beam = model.beams[k]
     foreign, _ = np.linalg.qr(np.delete(beam.channels, k, axis=0).T)
     left = beam.own - foreign @ (foreign.T @ beam.own)
