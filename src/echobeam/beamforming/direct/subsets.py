@@ -72,6 +72,9 @@ def search_subsets(
     n_objects = trials.loss.shape[1]
     if n_objects < 2 or not contested.size:
         return
+    # Held at first, even shares let every shape make room for the others before one is given up.
+    even = np.ones((contested.size, n_objects), dtype=bool)
+    _follow(trials, found, contested, chirp, even, ~even[:, 0], left)
     before = found.objective[contested]
     if n_objects <= FEW:
         _compare_all(trials, found, contested, chirp, left)
