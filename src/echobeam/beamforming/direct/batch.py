@@ -198,7 +198,9 @@ def _solve(task: Task, result: DirectResult) -> None:
         given = np.asarray(np.isfinite(task.warm).any(axis=(1, 2)))
     for number, chirp in enumerate(starts):
         wanting = ~(found.proved if trials.may_stay_unproved else found.converged)
-        again = np.flatnonzero(wanting & (given | (number > 0)))  # cold began with the first
+        # Cold began with the first. Once more is always tried, the rest as work allows.
+        wanting &= (given | (number > 0)) & ((number <= 1) | (steps < task.most_steps))
+        again = np.flatnonzero(wanting)
         if not again.size:
             continue
         other = trials.taken(again).climb(chirp)
