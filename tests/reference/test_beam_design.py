@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+
 import numpy as np
 import pytest
 from scipy.optimize import linprog
@@ -216,8 +218,11 @@ def test_fast_beams_are_as_good_as_the_papers_relaxation_and_better_than_its_bea
 
 
 @pytest.mark.slow
-def test_reference_method_gives_feasible_rank_one_beams_and_a_proved_bound() -> None:
+def test_reference_method_gives_feasible_rank_one_beams_and_a_proved_bound(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     pytest.importorskip("cvxpy")
+    caplog.set_level(logging.INFO, "echobeam.reference")
     problem = _pair(n_tx=6, min_rate=0.5)
     fast, reference = design_beams(problem), design_beams(problem, method="reference")
     assert reference.status == "optimal"
@@ -225,6 +230,13 @@ def test_reference_method_gives_feasible_rank_one_beams_and_a_proved_bound() -> 
     assert reference.objective <= fast.objective * (1 + 1e-6)
     assert reference.objective >= 0.85 * fast.objective
     assert reference.upper_bound >= fast.objective
+    lost = float(reference.message.split("lost ")[1].split(" %")[0]) / 100.0
+    whole = float(reference.message.split("relaxation's ")[1].split(" bit")[0])
+    assert reference.objective == pytest.approx(whole * (1.0 - lost), rel=1e-4)
+    words = [record.getMessage() for record in caplog.records]
+    assert "at most 32 semidefinite programmes" in words[0]
+    assert len(words) == 1 + reference.iterations
+    assert all("s left" in line for line in words[1:])
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from echobeam.beamforming.certify.proof import Proof
 from echobeam.beamforming.design import design_beams
 from echobeam.beamforming.problem import ProblemError
 from echobeam.cli.problem_document import answer_document, read_problem
+from echobeam.physics.planar import PlanarArray
 
 GOOD: dict[str, Any] = {
     "angles_deg": [75, 135],
@@ -173,3 +174,54 @@ def test_no_objects_are_a_problem_with_an_answer() -> None:
     document = answer_document(design_beams(read_problem(json.dumps(empty))))
     assert document["beams_re"] == document["rates"] == []
     assert document["objective"] == 0.0
+
+
+PLANAR: dict[str, Any] = {
+    "array": {"rows": 4, "columns": 2, "polarisations": 2},
+    "angles": [[0.1, 0.2], [-0.3, 0.4]],
+    "distances": ["0.1 km", 141.4],
+    "coverage_halfwidths": [[[0.01, 0], [0, 0.01]], [[0.01, 0.002], [0.002, 0.02]]],
+    "ripple": 3,
+    "min_rate": 0,
+    "power": 1,
+    "noise": 1,
+    "resolution": 0.02,
+}
+
+
+def test_quantities_may_have_units() -> None:
+    units = {"angles_deg": ["75 deg", "2.2 rad"], "distances": ["103.5 m", "0.1414 km"]}
+    problem = read_problem(json.dumps({**GOOD, **units}))
+    np.testing.assert_allclose(problem.angles, [np.radians(75), 2.2], rtol=1e-15)
+    np.testing.assert_allclose(problem.distances, [103.5, 141.4], rtol=1e-12)
+
+
+def test_a_planar_document_becomes_a_problem_in_direction_cosines() -> None:
+    problem = read_problem(json.dumps(PLANAR))
+    assert problem.array == PlanarArray(4, 2, 0.5, 2)
+    assert problem.n_tx == 16
+    np.testing.assert_array_equal(problem.angles, PLANAR["angles"])
+    np.testing.assert_array_equal(problem.coverage_halfwidths, PLANAR["coverage_halfwidths"])
+    document = answer_document(design_beams(problem))
+    assert np.array(document["beams_re"]).shape == (2, 16)
+    assert document["status"] == "optimal"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("array", {"rows": 0, "columns": 2}, "rows"),
+        ("array", "8x8", "8x8"),
+        ("angles", [[0.1, 0.2, 0.3], [0, 0]], "pairs"),
+        ("angles", [["10 deg", 0], [0, 0]], "pairs"),
+        ("coverage_halfwidths", [[[0.01, 0]], [[0.01, 0]]], "matrices"),
+        ("coverage_halfwidths", [[[0.01, 0], [0, -1]]] * 2, "positive definite"),
+        ("n_tx", 8, "no such key"),
+        ("angles", [[3, 0.2], [0, 0]], "u^2 + v^2"),
+    ],
+)
+def test_faults_of_a_planar_document_name_key_and_value(key: str, value: Any, said: str) -> None:
+    with pytest.raises(ProblemError) as caught:
+        read_problem(json.dumps({**PLANAR, key: value}), "mine.json")
+    assert str(caught.value).startswith(f"mine.json: {key}")
+    assert said in str(caught.value)

@@ -64,3 +64,13 @@ def test_householder_directions_are_orthonormal_and_span_the_rows(count: int, le
     size = min(count, length)
     np.testing.assert_allclose(basis @ basis.T, np.eye(size), atol=1e-13)
     np.testing.assert_allclose((rows[:size] @ basis.T) @ basis, rows[:size], atol=1e-12)
+
+
+def test_many_equal_rows_leave_numbers() -> None:
+    # what is left of each row after those before it is a 1e-16th of it: twenty of them underflow
+    rng = np.random.default_rng(3)
+    rows = np.repeat(rng.normal(size=(2, 40)), [1, 25], axis=0)
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    basis = linear.orthonormal(rows.copy())
+    np.testing.assert_allclose(basis @ basis.T, np.eye(len(basis)), atol=1e-12)
+    np.testing.assert_allclose((rows @ basis[:2].T) @ basis[:2], rows, atol=1e-12)

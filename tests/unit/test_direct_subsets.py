@@ -8,6 +8,7 @@ import pytest
 
 from echobeam.beamforming.certify.certificate import violation
 from echobeam.beamforming.direct import batch, solve_batch, subsets
+from echobeam.beamforming.direct.found import Found
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.power import water_filling
 from echobeam.beamforming.problem import ProblemBatch
@@ -128,3 +129,48 @@ def test_every_trial_has_the_work_of_its_own_covers() -> None:
     assert sorted(tasks) == [0, 1]
     assert tasks[0].most_steps == alone.most_steps
     assert tasks[1].most_steps < tasks[0].most_steps
+
+
+def _found(objective: float, converged: bool, kept: bool = True, factor: float = 1.0) -> Found:
+    return Found(
+        beams=np.zeros((1, 2, 3), dtype=complex),
+        objective=np.array([objective]),
+        converged=np.array([converged]),
+        proved=np.array([converged]),
+        kept=np.array([kept]),
+        factor=np.array([factor]),
+        iterations=np.array([7]),
+        interference_loss=np.zeros(1),
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "better"),
+    [
+        (_found(4.0, True), _found(6.0, False), True),  # a poor optimum that converged
+        (_found(6.0, False), _found(4.0, True), False),
+        (_found(6.0, False), _found(6.0 * (1.0 - 1e-7), True), True),  # alike, but converged
+        (_found(6.0, True, kept=False), _found(1.0, False), True),
+        (_found(6.0, True, factor=0.5), _found(1.0, True, factor=0.6), True),
+    ],
+)
+def test_beams_are_better_that_keep_covers_meet_floors_and_have_the_higher_rate(
+    old: Found, new: Found, better: bool
+) -> None:
+    first = replace(old, objective=old.objective.copy())
+    first.put(np.zeros(1, dtype=np.int64), new)
+    assert first.objective[0] == (new if better else old).objective[0]
+
+
+def test_a_set_alone_is_the_problem_of_its_own_objects() -> None:
+    problem = _batch(CLOSE, 24, 1e4)
+    task = next(batch._tasks(problem))
+    (chirp, *_) = batch.chirps(problem.array)
+    members = (0, 2, 4)
+    alone = task.trials.only(np.zeros(1, dtype=np.int64), np.array([members])).climb(chirp)
+    direct = solve_batch(_subset(problem, members))
+    assert alone.objective[0] == pytest.approx(direct.objective[0], rel=1e-6)
+    among = alone.among(np.array([members]), CLOSE.size)
+    power = np.sum(np.abs(among.beams[0]) ** 2, axis=-1)
+    assert np.all(power[[1, 3]] == 0.0)
+    assert np.all(power[list(members)] > 0.0)
