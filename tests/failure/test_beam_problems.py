@@ -196,7 +196,7 @@ def test_many_more_objects_than_antennas_are_served() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("min_rate", "part"), [(4e-4, 0.4), (4e-5, 1.0)])
+@pytest.mark.parametrize(("min_rate", "part"), [(4e-4, 0.5), (4e-5, 1.0)])
 def test_a_search_left_unfinished_is_not_thrown_away_for_its_floors(
     min_rate: float, part: float
 ) -> None:
