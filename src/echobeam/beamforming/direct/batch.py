@@ -40,7 +40,7 @@ CHUNK, MOST_POINTS = 4096, 2e6
 """Beams, and points of all their grids, that are laid out at a time."""
 
 MOST_WORK = 1e10
-"""Multiplications (`step_work`) up to which other sets of objects are tried: about a second, for ten
+"""Multiplications (`step_work`) up to which other sets of objects are tried: about a second for ten
 objects under covers of thirty lobes. With a fifth of it 5 of 13 problems, chosen because they are
 hard, were worse, by up to 19 %. In work and not in time, so that an answer does not depend on how
 busy the machine is."""
