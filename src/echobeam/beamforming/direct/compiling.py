@@ -34,8 +34,8 @@ NOT_COMPILED = ("__init__.py", "batch.py", "found.py", "layout.py", "subsets.py"
 """Sources of the direct solver that compiled code takes nothing from."""
 
 
-ABOUT = 30
-"""s that the compiler takes, about: 27 of one processor of the kind that it was measured on."""
+ABOUT = 23
+"""s that the compiler takes, about, on one processor of the kind that it was measured on."""
 
 FUNCTIONS: list[str] = []
 """Names of the functions that are compiled on their own."""
@@ -54,8 +54,8 @@ def inlined(function: Function) -> Function:
     """Compile a function as a part of the only one that calls it.
 
     For the long ones at the top: every function is optimised and turned into machine code on its
-    own, and its code again within each that calls it. Without these levels the compiler takes 27
-    in place of 37 CPU seconds; for the many short ones below it would take longer.
+    own, and its code again within each that calls it. Without these levels the compiler took 27 in
+    place of 37 CPU seconds; for the many short ones below it would take longer.
     """
     return cast(Function, njit(inline="always", **OPTIONS)(function))
 
