@@ -225,3 +225,7 @@ def test_faults_of_a_planar_document_name_key_and_value(key: str, value: Any, sa
         read_problem(json.dumps({**PLANAR, key: value}), "mine.json")
     assert str(caught.value).startswith(f"mine.json: {key}")
     assert said in str(caught.value)
+
+
+def test_a_byte_order_mark_is_read_over() -> None:
+    assert read_problem("\ufeff" + json.dumps(GOOD)).n_tx == 8

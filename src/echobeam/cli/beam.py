@@ -39,7 +39,7 @@ def command(problem: Path, method: str, certify: bool) -> None:
     from echobeam.store.writing import StoreError
 
     try:
-        text = sys.stdin.read() if str(problem) == "-" else problem.read_text(encoding="utf-8")
+        text = sys.stdin.read() if str(problem) == "-" else problem.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise StoreError(f"{problem}: cannot be read: {reason}") from None

@@ -192,7 +192,7 @@ def _parsed(text: str, source: str) -> dict[str, Any]:
         return dict(pairs)
 
     try:
-        document = json.loads(text, object_pairs_hook=unique)
+        document = json.loads(text.removeprefix("\ufeff"), object_pairs_hook=unique)
     except (ValueError, RecursionError) as error:  # too many digits are a plain ValueError
         raise ProblemError(f"{source}: not JSON: {error}") from None
     if not isinstance(document, dict):
