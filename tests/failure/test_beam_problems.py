@@ -246,3 +246,12 @@ def test_reference_without_cvxpy_says_what_to_install(monkeypatch: pytest.Monkey
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(ImportError, match=r"pip install 'echobeam\[reference\]'"):
         design_beams(_problem(), method="reference")
+
+
+def test_a_climb_that_ends_far_below_its_bound_says_so() -> None:
+    high = _problem(min_rate=5.0, noise=1e-15)
+    relaxed, direct = design_beams(high, method="sdp"), design_beams(high)
+    assert relaxed.upper_bound >= direct.objective * (1.0 - 1e-9)
+    assert relaxed.objective < 0.9 * direct.objective
+    assert "may have ended early" in relaxed.message
+    assert design_beams(_problem(), method="sdp").message == ""

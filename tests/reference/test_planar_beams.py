@@ -114,6 +114,29 @@ def test_two_polarisations_close_the_gap_of_one(size, cover, least):
     assert bound * (1.0 - 1e-6) <= twice <= bound * (1.0 + 1e-9)
 
 
+@pytest.mark.parametrize("centre", [(0.0, 0.0), (0.2, -0.5)])
+@pytest.mark.parametrize(
+    ("size", "cover", "ripple", "polarisations", "gain"),
+    [
+        ((8, 8), ellipse(1, 0.7), 0.1, 1, 60.2725),
+        ((8, 8), ellipse(2, 1.4, 0.5), 0.1, 1, 40.4680),
+        ((8, 8), ellipse(4, 2.8), 0.3, 1, 35.7285),
+        ((8, 8), ellipse(4, 2.8), 0.1, 2, 22.8472),
+        ((16, 4), ellipse(3, 2.1, 0.5), 0.1, 2, 23.7063),
+    ],
+)
+def test_gains_are_those_of_an_earlier_relaxation_written_apart_wherever_the_cover_lies(
+    size, cover, ripple, polarisations, gain, centre
+):
+    array = eb.PlanarArray(*size, polarisations=polarisations)
+    problem = eb.BeamProblem(
+        [centre], [1.0], [cover], ripple * array.elements, 0, 1, 1, array=array, resolution=STEP
+    )
+    found = eb.design_beams(problem)
+    assert 2.0**found.objective - 1.0 == pytest.approx(gain, rel=1e-5)
+    assert found.objective <= found.upper_bound
+
+
 @pytest.mark.parametrize("polarisations", [1, 2])
 @pytest.mark.parametrize("seed", range(8))
 def test_every_constraint_holds_on_the_lattice_and_nearly_on_a_finer_one(seed, polarisations):
@@ -130,16 +153,26 @@ def test_every_constraint_holds_on_the_lattice_and_nearly_on_a_finer_one(seed, p
     assert answer.objective <= answer.upper_bound
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_an_answer_started_from_itself_is_not_worse(seed):
-    problem = drawn(seed)
-    answer = eb.design_beams(problem)
-    again = eb.BeamProblem(
+def restarted(problem, beams):
+    return eb.BeamProblem(
         problem.angles, problem.distances, problem.coverage_halfwidths, problem.ripple,
         problem.min_rate, problem.power, problem.noise, array=problem.array,
-        resolution=problem.resolution, warm_start=answer.beams,
+        resolution=problem.resolution, warm_start=beams,
     )  # fmt: skip
-    assert eb.design_beams(again).objective >= answer.objective * (1.0 - 1e-9)
+
+
+@pytest.mark.parametrize("polarisations", [1, 2])
+@pytest.mark.parametrize("seed", range(4))
+def test_an_answer_started_from_itself_is_not_worse_and_keeps_all(seed, polarisations):
+    problem = drawn(seed, polarisations)
+    answer = eb.design_beams(problem)
+    again = eb.design_beams(restarted(problem, answer.beams))
+    assert again.objective >= answer.objective * (1.0 - 1e-9)
+    assert again.status == answer.status
+    assert np.sum(np.abs(again.beams) ** 2) <= problem.power * (1.0 + 1e-9)
+    assert excess(problem, again.beams, problem.resolution) <= 1e-7
+    if again.status == "optimal":
+        assert np.all(rates(problem, again.beams) >= problem.min_rate * (1.0 - 1e-7))
 
 
 @pytest.mark.parametrize("polarisations", [1, 2])
@@ -163,6 +196,24 @@ def test_swapping_rows_and_columns_changes_nothing(seed):
     assert second.objective == pytest.approx(first.objective, rel=1e-4)  # other points of the edge
 
 
+@pytest.mark.parametrize("polarisations", [1, 2])
+@pytest.mark.parametrize("count", [1, 2])
+def test_swapping_rows_and_columns_swaps_ellipses_along_the_axes_exactly(count, polarisations):
+    """The points of their edges, too, are those of the ellipses swapped."""
+    rng = np.random.default_rng(count)
+    angles, size = np.array([[0.2, -0.3], [-0.4, 0.1]])[:count], (4, 8)
+    cover = np.stack([np.diag(half) ** 2 for half in rng.uniform(0.05, 0.15, (count, 2))])
+    objectives = []
+    for turn in (1, -1):
+        array = eb.PlanarArray(*size[::turn], polarisations=polarisations)
+        problem = eb.BeamProblem(
+            angles[:, ::turn], [100.0, 80.0][:count], cover[:, ::turn, ::turn], 5, 0, 1e4, 1,
+            array=array, resolution=0.02,
+        )  # fmt: skip
+        objectives.append(eb.design_beams(problem).objective)
+    assert objectives[0] == pytest.approx(objectives[1], rel=1e-6)
+
+
 def test_a_line_of_elements_is_a_linear_array():
     angles, distances, power = np.radians([70.0, 130.0]), [100.0, 140.0], 1e4
     line = eb.BeamProblem(angles, distances, [0, 0], 1, 0, power, 1, n_tx=12)
@@ -183,6 +234,18 @@ def test_the_relaxation_bounds_what_the_direct_solver_finds():
     certified = eb.design_beams(problem, certify=True)
     assert certified.upper_bound == pytest.approx(math.log2(1.0 + 22.84718), rel=1e-5)
     assert "was not reached" in certified.message
+
+
+@pytest.mark.parametrize("polarisations", [1, 2])
+@pytest.mark.parametrize("seed", [0, 1, 2, 4])
+def test_the_bound_of_the_relaxation_is_above_the_beams_of_the_direct_solver(seed, polarisations):
+    problem = drawn(seed, polarisations)
+    relaxed, direct = eb.design_beams(problem, method="sdp"), eb.design_beams(problem)
+    if direct.status == "optimal":
+        assert relaxed.upper_bound >= direct.objective * (1.0 - 1e-9)
+        assert direct.upper_bound >= relaxed.objective * (1.0 - 1e-9) or relaxed.status != "optimal"
+    if relaxed.status == "optimal":
+        assert excess(problem, relaxed.beams, problem.resolution) <= 1e-6
 
 
 def test_a_batch_of_planar_problems_answers_like_its_members():
