@@ -93,7 +93,7 @@ def test_no_gain_is_claimed_over_a_pilot_scheme_without_rate():
 
 def test_slots_without_directional_beams_are_shaded():
     result = build_result(slots=30)
-    spans = [repair_coverage.get_extents() for repair_coverage in rate.draw(result).axes[0].patches]
+    spans = [patch.get_extents() for patch in rate.draw(result).axes[0].patches]
     inverse = rate.draw(result).axes[0].transData.inverted()
     middles = [inverse.transform(((s.x0 + s.x1) / 2, s.y0))[0] for s in spans]
     np.testing.assert_allclose(middles, [1, 11, 21], atol=1e-6)

@@ -40,7 +40,7 @@ def lab(rgb):
 
 @pytest.mark.parametrize("kind", BLINDNESS)
 def test_the_four_main_schemes_colours_are_apart_for_the_colour_blind(kind):
-    """A difference in CIE L*a*b* beyond 10 is words at a glance; 2.3 can just be seen."""
+    """A difference in CIE L*a*b* beyond 10 is told at a glance; 2.3 can just be seen."""
     seen = [
         lab(np.array(BLINDNESS[kind]) @ linear(style.SCHEME_LOOKS[name].colour))
         for name in BUILT_IN[:4]

@@ -1,4 +1,4 @@
-"""The slot contract: addressees, mixed modes, what is words and when, and what is refused."""
+"""The slot contract: addressees, mixed modes, what is told and when, and what is refused."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from echobeam.values import Array, ComplexArray
 Status = Literal["optimal", "infeasible", "fallback"]
 
 Outcome = Literal["converged", "unproved", "floors lowered", "flat", "violated"]
-"""What became of a design, see `BeamAnswer.outcome`."""
+"""Outcomes of a design, see `BeamAnswer.outcome`."""
 
 STATUS: dict[Outcome, Status] = {
     "converged": "optimal",

@@ -30,8 +30,8 @@ MOST_ANGLE = math.pi + 1e-9
 """rad: largest angle of a direction; more are degrees, most probably."""
 
 VISIBLE, SYMMETRIC, THIN = 1e-9, 1e-9, 1e-12
-"""What rounding may do to u^2 + v^2 of a direction, to the symmetry of a cover's matrix, and to the
-ratio of its eigenvalues."""
+"""Allowances for rounding: of u^2 + v^2 of a direction, of the symmetry of a cover's matrix, and of
+the ratio of its eigenvalues."""
 
 MOST_SHOWN = 80
 """Characters of a wrong value that a message repeats."""

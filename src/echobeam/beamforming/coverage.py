@@ -49,12 +49,11 @@ def cover_grid(
 
 def has_cover(array: AntennaArray, covers: Array) -> BoolArray:
     """Return which covers, as in `cover_grid`, are more than one direction, ``(...)``."""
-    some: BoolArray = covers > 0.0
-    return np.asarray(some if array.axes == 1 else np.any(covers != 0.0, axis=(-2, -1)))
+    return np.asarray(covers > 0.0 if array.axes == 1 else np.any(covers != 0.0, axis=(-2, -1)))
 
 
-def cover_size(array: AntennaArray, covers: Array, resolution: float) -> float:
-    """Return about how many grid points the largest of many covers takes, without making them.
+def cover_points(array: AntennaArray, covers: Array, resolution: float) -> Array:
+    """Return about how many grid points each cover takes, ``(...)``, without making them.
 
     Parameters
     ----------
@@ -63,8 +62,13 @@ def cover_size(array: AntennaArray, covers: Array, resolution: float) -> float:
     """
     if isinstance(array, PlanarArray):
         steps = ellipse_steps(covers, resolution)
-        return float(np.max(np.prod(2.0 * steps + 1.0, axis=-1), initial=1.0)) + EDGE_POINTS
-    return 2.0 * float(np.max(coverage_steps(covers, resolution), initial=0)) + 1.0
+        return np.asarray(np.prod(2.0 * steps + 1.0, axis=-1) + EDGE_POINTS)
+    return np.asarray(2.0 * coverage_steps(covers, resolution) + 1.0, dtype=np.float64)
+
+
+def cover_size(array: AntennaArray, covers: Array, resolution: float) -> float:
+    """Return the largest of `cover_points`; 1 if there are no covers."""
+    return float(np.max(cover_points(array, covers, resolution), initial=1.0))
 
 
 def cover_lobes(array: AntennaArray, directions: Array, covers: Array, resolution: float) -> Array:

@@ -16,7 +16,7 @@ from echobeam.beamforming.coverage import cover_lobes
 from echobeam.beamforming.problem import BeamProblem
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.subspace import real_steering
-from echobeam.values import Array
+from echobeam.values import Array, ComplexArray
 
 STIFF_LOBES = 6.0
 """Cover in Nyquist lobes 2 pi / N from which on next to no ripple leaves little but flat beams."""
@@ -40,10 +40,7 @@ def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
     lobes
         ``(K,)``: `problem_lobes`; the widest cover is named.
     """
-    loss = problem.loss / problem.power
-    powers, factor = flat_powers(loss, problem.min_rate)
-    beams = np.zeros((problem.n_objects, problem.n_tx), dtype=complex)
-    beams[:, 0] = np.sqrt(powers * problem.power)
+    beams, factor = _flat_beams(problem)
     widest = int(np.argmax(lobes))
     short = [f"all floors scaled by {factor:.4g}"] if factor < 1.0 else []
     words = (
@@ -52,7 +49,7 @@ def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
     )
     return Proposal(
         beams=beams,
-        proof=Proof(_bound(problem, loss)),
+        proof=Proof(_bound(problem)),
         outcome="flat",
         message="; ".join([words, *short]),
         iterations=0,
@@ -61,18 +58,24 @@ def flat_proposal(problem: BeamProblem, lobes: Array) -> Proposal:
 
 def single_proposal(problem: BeamProblem) -> Proposal:
     """Return the best beams of an array of one element, which is flat whatever it sends."""
-    powers, factor = flat_powers(problem.loss / problem.power, problem.min_rate)
-    beams = np.zeros((problem.n_objects, problem.n_tx), dtype=complex)
-    beams[:, 0] = np.sqrt(powers * problem.power)
+    beams, factor = _flat_beams(problem)
     short = factor < 1.0
     words = f"one element tells no directions apart; all floors scaled by {factor:.4g}"
     return Proposal(
         beams=beams,
-        proof=Proof(_bound(problem, problem.loss / problem.power)),
+        proof=Proof(_bound(problem)),
         outcome="floors lowered" if short else "converged",
         message=words if short else "",
         iterations=0,
     )
+
+
+def _flat_beams(problem: BeamProblem) -> tuple[ComplexArray, float]:
+    """Return beams ``(K, n)`` from one element with the best powers, and the floors' part."""
+    powers, factor = flat_powers(problem.loss / problem.power, problem.min_rate)
+    beams = np.zeros((problem.n_objects, problem.n_tx), dtype=complex)
+    beams[:, 0] = np.sqrt(powers * problem.power)
+    return beams, factor
 
 
 def flat_powers(loss: Array, min_rate: Array) -> tuple[Array, float]:
@@ -109,9 +112,9 @@ def flat_powers(loss: Array, min_rate: Array) -> tuple[Array, float]:
     return powers, low
 
 
-def _bound(problem: BeamProblem, loss: Array) -> float:
+def _bound(problem: BeamProblem) -> float:
     """Return a bound on the sum rate of every design, without coverage and floors."""
-    array = problem.array
+    array, loss = problem.array, problem.loss / problem.power
     whole = np.full(problem.n_objects, float(array.elements))
     free = interference_free_bound(whole, loss, np.zeros_like(loss))
     channels = real_steering(array.phases(problem.angles), array.shape)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.beamforming.checking import LEAST, MOST, fitting_directions, fitting_loss
-from echobeam.beamforming.coverage import coverage_steps, has_cover
+from echobeam.beamforming.coverage import cover_points, has_cover
 from echobeam.beamforming.direct import LEAST_ANTENNAS
-from echobeam.beamforming.ellipse import ellipse_steps
 from echobeam.beamforming.fast import LEAST_RIPPLE
-from echobeam.beamforming.problem import ProblemBatch
+from echobeam.beamforming.problem import ProblemBatch, only_active
 from echobeam.values import BoolArray, IntArray
 
 MOST_POINTS = 4000
@@ -60,12 +59,7 @@ def sound_trials(batch: ProblemBatch) -> BoolArray:
     for name, each in (("ripple", batch.ripple), ("min_rate", batch.min_rate)):
         good &= (each == 0.0) | ((each >= LEAST) & (each <= MOST[name]))
     good &= (batch.ripple >= LEAST_RIPPLE) | ~has_cover(batch.array, covers)
-    if batch.array.axes == 1:
-        narrow = np.where(good, covers, 0.0)
-        good &= 2.0 * coverage_steps(narrow, batch.resolution) + 1.0 <= MOST_POINTS
-    else:
-        narrow = np.where(good[..., np.newaxis, np.newaxis], covers, 0.0)
-        steps = ellipse_steps(narrow, batch.resolution)
-        good &= np.prod(2.0 * steps + 1.0, axis=-1) <= MOST_POINTS
+    narrow = only_active(good, covers)
+    good &= cover_points(batch.array, narrow, batch.resolution) <= MOST_POINTS
     sound: BoolArray = np.all(good | ~batch.active, axis=-1)
     return sound

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -32,9 +31,9 @@ def _reader(kind: str, unit: float = 1.0) -> BeforeValidator:
     return BeforeValidator(read)
 
 
-def _each(*readers: Any) -> BeforeValidator:
+def _each(reader: BeforeValidator) -> BeforeValidator:
     """Return a reader of one number or of a list of numbers."""
-    read: Callable[[object], float] = readers[0].func
+    read: Any = reader.func
     return BeforeValidator(
         lambda value: [read(item) for item in value] if isinstance(value, list) else read(value)
     )

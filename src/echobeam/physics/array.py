@@ -18,6 +18,24 @@ class ArrayError(InputError):
     """An array that cannot be built; the message names every fault."""
 
 
+def count_faults(name: str, number: Any) -> list[str]:
+    """Return the fault of a number of elements, if it is none."""
+    whole = isinstance(number, (int, np.integer)) and not isinstance(number, bool)
+    return (
+        [] if whole and number >= 1 else [f"{name} must be a whole number from 1, not {number!r}"]
+    )
+
+
+def spacing_faults(spacing: Any) -> list[str]:
+    """Return the fault of a distance between elements, if it is none."""
+    try:
+        positive = math.isfinite(spacing) and spacing > 0 and not isinstance(spacing, bool)
+    except (TypeError, OverflowError):
+        positive = False
+    message = f"spacing must be a positive number of wavelengths, not {spacing!r}"
+    return [] if positive else [message]
+
+
 @dataclass(frozen=True, slots=True)
 class LinearArray:
     """Uniform linear array of ``n`` elements.
@@ -45,17 +63,7 @@ class LinearArray:
     axis: Axis = "vertical"
 
     def __post_init__(self) -> None:
-        faults = []
-        n: Any = self.n
-        if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 1:
-            faults.append(f"n must be a whole number from 1, not {n!r}")
-        spacing: Any = self.spacing
-        try:
-            positive = math.isfinite(spacing) and spacing > 0
-        except (TypeError, OverflowError):
-            positive = False
-        if isinstance(spacing, bool) or not positive:
-            faults.append(f"spacing must be a positive number of wavelengths, not {spacing!r}")
+        faults = count_faults("n", self.n) + spacing_faults(self.spacing)
         if self.axis not in ("vertical", "horizontal"):
             faults.append(f"axis must be 'vertical' or 'horizontal', not {self.axis!r}")
         if faults:

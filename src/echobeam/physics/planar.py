@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.array import ArrayError, LinearArray
+from echobeam.physics.array import ArrayError, LinearArray, count_faults, spacing_faults
 from echobeam.values import Array, ComplexArray
 
 
@@ -44,19 +43,8 @@ class PlanarArray:
     polarisations: int = 1
 
     def __post_init__(self) -> None:
-        faults = []
-        for name in ("rows", "columns"):
-            number: Any = getattr(self, name)
-            whole = isinstance(number, (int, np.integer)) and not isinstance(number, bool)
-            if not whole or number < 1:
-                faults.append(f"{name} must be a whole number from 1, not {number!r}")
-        spacing: Any = self.spacing
-        try:
-            positive = math.isfinite(spacing) and spacing > 0
-        except (TypeError, OverflowError):
-            positive = False
-        if isinstance(spacing, bool) or not positive:
-            faults.append(f"spacing must be a positive number of wavelengths, not {spacing!r}")
+        faults = count_faults("rows", self.rows) + count_faults("columns", self.columns)
+        faults += spacing_faults(self.spacing)
         polarisations: Any = self.polarisations
         whole = isinstance(polarisations, (int, np.integer)) and not isinstance(polarisations, bool)
         if not whole or polarisations not in (1, 2):

@@ -1,4 +1,4 @@
-"""Direct solver on rank-one beams: `batch.solve_batch` designs the beams of a block of trials.
+"""Direct solver on beams of one or two columns: `batch.solve_batch` designs a block of trials.
 
 Read `batch` first, then `layout` and `climb`. `batch`, `layout`, `found` and `subsets` are plain
 Python; all other files are compiled, into one function that `trials` calls.

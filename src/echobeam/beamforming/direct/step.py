@@ -139,11 +139,11 @@ def _matrix(
             weights[row] = 2.0 * bend[row]
         for row in range(m):
             weights[row] += stiff[row] * response[part, row] ** 2
-        _diagonal_block(rows, weights, matrix, part * size)
+        _fill_block(rows, weights, matrix, part * size, part * size)
         for other in range(part):
             for row in range(m):
                 weights[row] = stiff[row] * response[part, row] * response[other, row]
-            _mixed_block(rows, weights[:m], matrix, part * size, other * size)
+            _fill_block(rows, weights[:m], matrix, part * size, other * size)
     side = np.empty(z.size)
     for part in range(parts):
         for row in range(m):
@@ -162,24 +162,8 @@ def _matrix(
 
 
 @compiled
-def _diagonal_block(rows: Array, weights: Array, matrix: Array, begin: int) -> None:
-    """Fill the lower triangle of a block with sum_r weights_r a_r a_r^T."""
-    size, count = rows.shape
-    scaled = np.empty(count)
-    for first in range(size):
-        line = rows[first]
-        for row in range(count):
-            scaled[row] = weights[row] * line[row]
-        for second in range(first + 1):
-            other, value = rows[second], 0.0
-            for row in range(count):
-                value += scaled[row] * other[row]
-            matrix[begin + first, begin + second] = value
-
-
-@compiled
-def _mixed_block(rows: Array, weights: Array, matrix: Array, begin: int, left: int) -> None:
-    """Fill a block off the diagonal, itself symmetric, with sum_r weights_r a_r a_r^T."""
+def _fill_block(rows: Array, weights: Array, matrix: Array, begin: int, left: int) -> None:
+    """Fill a block of the matrix, itself symmetric, with sum_r weights_r a_r a_r^T."""
     size, count = rows.shape[0], weights.size
     scaled = np.empty(count)
     for first in range(size):

@@ -70,7 +70,7 @@ class CompiledTrials:
 
     @property
     def may_stay_unproved(self) -> bool:
-        """Whether a shape that is not proved may be a best one: the array is no linear one."""
+        """True where a shape without a proof may be a best one: the array is no linear one."""
         return self.array.axes > 1
 
     def taken(self, index: IntArray) -> CompiledTrials:
