@@ -288,10 +288,19 @@ def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
         own.set_tick_params(which="minor", length=0)
     elif not axis.log:
         integer = axis.name in ("Slot", "Horizon", "Frame")
-        most = 10 if integer else 6 if which == "x" else 7
+        most = 7 if which == "y" else min(10 if integer else 6, round(2.4 * _inches_wide(axes)))
         own.set_major_locator(MaxNLocator(nbins=most, steps=[1, 2, 2.5, 5, 10], integer=integer))
         if axis.unit and not integer:
             _scale_power(axes, axis, which)
+
+
+def _inches_wide(axes: Axes) -> float:
+    """Return about how wide a panel is, from the columns that it spans."""
+    place = axes.get_subplotspec()
+    width = float(axes.figure.bbox.width / axes.figure.dpi)
+    if place is None:
+        return width
+    return width * len(place.colspan) / place.get_gridspec().ncols
 
 
 def _scale_log(axes: Axes, which: str) -> None:

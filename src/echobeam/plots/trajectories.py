@@ -173,7 +173,7 @@ def _close_up(scene: Scene, k: int, stay: slice) -> Panel:
         *ellipses,
     ]  # fmt: skip
     return Panel(
-        _ROAD, _HEIGHT, tuple(series), f"object {k + 1}: path and estimates", empty="no estimates"
+        Axis("Position", "m"), _HEIGHT, tuple(series), f"object {k + 1}", empty="no estimates"
     )
 
 
@@ -234,6 +234,6 @@ def _road_panel(source: Source, scene: Scene, k: int, stay: slice) -> Panel:
     series += [part for cone in cones for part in cone_series(cone, slots, look.colour)]
     notes = () if cones else (Note("no forecast", 0.5, 0.85, "0.45", inside=True),)
     return Panel(
-        Axis("Slot"), Axis("Position", "m"), tuple(series), f"object {k + 1}: forecasts",
+        Axis("Slot"), Axis("Position", "m"), tuple(series), f"object {k + 1}",
         notes=notes,
     )  # fmt: skip
