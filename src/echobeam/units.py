@@ -14,6 +14,9 @@ from echobeam.faults import InputError
 SPEED_OF_LIGHT = 299_792_458.0
 """Speed of light in vacuum, m/s (exact by definition of the metre)."""
 
+BOLTZMANN = 1.380649e-23
+"""Boltzmann's constant, J/K (exact by definition of the kelvin)."""
+
 _DEG = math.pi / 180.0
 
 UNITS: dict[str, dict[str, float]] = {
