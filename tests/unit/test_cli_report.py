@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import echobeam as eb
-from echobeam.cli.report import json_report, text_report
+from echobeam.cli.report import far_field_warning, json_report, text_report
 from echobeam.simulation.decisions import DecisionTime
 from echobeam.simulation.summary import summarise
 
@@ -65,10 +65,10 @@ def test_times_of_decisions_stand_outside_the_schemes(result):
     assert line.endswith("ms, mean (99th percentile): genie 0.25 (1.25)")
 
 
-def test_an_array_whose_far_field_begins_behind_the_objects_is_told_of():
+def test_an_array_whose_far_field_begins_behind_the_objects_is_warned_of():
     near = eb.load_scenario("paper-single", {"array.n_tx": 256, "radio.carrier": "28 GHz"})
     result = eb.simulate(near, ["water-filling"], trials=1)
-    text = text_report(result, near, Path("r.nc"))
-    (line,) = [line for line in text.splitlines() if line.startswith("the far field")]
+    line = far_field_warning(result, near)
     assert "begins at 348 m" in line
     assert f"as near as {float(result.truth[..., 1].min()):.0f} m" in line
+    assert far_field_warning(result, SCENARIO) is None

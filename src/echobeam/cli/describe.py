@@ -96,7 +96,11 @@ def _setting(scenario: Scenario) -> list[str]:
         if believed.velocity_prior
         else "no velocity prior"
     )
-    moved = f"of the trace {Path(scenario.trace.file).name}" if scenario.trace else f"{scenario.n_objects}"
+    moved = (
+        f"of the trace {Path(scenario.trace.file).name}"
+        if scenario.trace
+        else f"{scenario.n_objects}"
+    )
     rows = {
         "array": f"{array.n_tx} antennas send, {array.receivers} receive, {array.spacing:g} "
         f"wavelengths apart, {array.axis} (phase by the {follows} of the angle), "

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from echobeam.physics.array import LinearArray
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.decisions import Decisions
+from echobeam.simulation.link_budget import far_field
 from echobeam.simulation.summary import GENIE, SchemeSummary, improvement, summarise
 
 if TYPE_CHECKING:
@@ -107,19 +107,24 @@ def text_report(
         said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in lost.items())
         lines.append(f"objects without a track in the last slot: {said}")
     lines += _notes(figures, scenario)
-    distance, far_field = result["truth"].sel(state="distance").to_numpy(), _far_field(scenario)
-    nearest = distance[np.isfinite(distance)].min(initial=np.inf)
-    if nearest < far_field:
-        lines.append(
-            f"the far field of the array begins at {far_field:.0f} m (2 D^2 / lambda): objects as"
-            f" near as {nearest:.0f} m are simulated with plane waves all the same"
-        )
     taken = milliseconds(decisions or {})
     if taken:
         said = ", ".join(f"{name} {one}" for name, one in taken.items())
         lines.append(f"{DECISION_WORDS}: {said}")
     lines.append(f"result: {path}")
     return "\n".join(lines)
+
+
+def far_field_warning(result: xr.Dataset, scenario: Scenario) -> str | None:
+    """Return a line if an object of a result is nearer than the arrays' far field begins."""
+    distance, start = result["truth"].sel(state="distance").to_numpy(), far_field(scenario)
+    nearest = distance[np.isfinite(distance)].min(initial=np.inf)
+    if nearest >= start:
+        return None
+    return (
+        f"warning: the far field of the array begins at {start:.0f} m (2 D^2 / lambda): objects as"
+        f" near as {nearest:.0f} m are simulated with plane waves all the same"
+    )
 
 
 def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str]:
@@ -147,15 +152,6 @@ def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str
         for what, values in listed.items()
         if values
     ]
-
-
-def _far_field(scenario: Scenario) -> float:
-    """Return the larger of the far-field distances of the two arrays, m."""
-    array = scenario.array
-    return max(
-        LinearArray(n, array.spacing, array.axis).far_field(scenario.radio.wavelength)
-        for n in (array.n_tx, array.receivers)
-    )
 
 
 def _exponent(figures: Mapping[str, SchemeSummary]) -> int:

@@ -140,9 +140,7 @@ def _taken(scale: PowerScale) -> list[Assumption]:
             f"noise, by {_db(isolation)} dB",
         ),
         Assumption("line of sight", "one path to each object: no blockage, no multipath"),
-        Assumption(
-            "no clutter", "echoes come from the objects alone, and it is known from which"
-        ),
+        Assumption("no clutter", "echoes come from the objects alone, and it is known from which"),
         Assumption("constant cross-section", "targets are points and do not fluctuate"),
     ]
 
@@ -378,5 +376,3 @@ def _hertz(frequency: float) -> str:
         if frequency >= factor:
             return f"{frequency / factor:.3g} {unit}"
     return f"{frequency:.3g} Hz"
-
-

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import configure_all
@@ -46,7 +48,8 @@ class Description:
     def __repr__(self) -> str:
         """Return a line: name, objects and warnings."""
         names = ", ".join(one.name for one in self.warnings) or "none"
-        return f"<Description of {self.scenario.name}: {len(self.objects)} object(s), warnings {names}>"
+        count = f"{len(self.objects)} object(s)"
+        return f"<Description of {self.scenario.name}: {count}, warnings {names}>"
 
 
 def describe(scenario: Scenario | str | Path) -> Description:
@@ -67,15 +70,11 @@ def describe(scenario: Scenario | str | Path) -> Description:
     configure_all(scenario, None)
     calm = scenario.model_copy(update={"truth": {"process_noise": False}})
     start = begin(scene_of(calm), 0, range(1))
-    first = _first_inhabited(start)
-    objects, scale = object_budgets(first), power_scale(scenario)
-    return Description(
-        scenario=scenario,
-        slot=first.slot + 1,
-        objects=objects,
-        scale=scale,
-        assumptions=assumptions(scenario, objects, scale, extremes(start)),
-    )
+    with np.errstate(all="ignore"):  # settings out of all proportion give zero, inf or NaN
+        first = _first_inhabited(start)
+        objects, scale = object_budgets(first), power_scale(scenario)
+        found = assumptions(scenario, objects, scale, extremes(start))
+    return Description(scenario, first.slot + 1, objects, scale, found)
 
 
 def _first_inhabited(start: World) -> World:

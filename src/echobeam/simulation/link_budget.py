@@ -157,29 +157,28 @@ class PowerScale:
 def power_scale(scenario: Scenario) -> PowerScale:
     """Return the scale of a scenario's powers."""
     radio, radar = scenario.radio, scenario.radar
-    with np.errstate(all="ignore"):  # settings out of all proportion: zero, inf or NaN
-        power, noise, alpha0 = np.array([radio.power, radio.noise, radio.alpha0])
-        noise_power = BOLTZMANN * TEMPERATURE * radar.bandwidth * NOISE_FIGURE
-        snr_at_1m = power * alpha0**2 / noise
-        transmit_power = snr_at_1m * noise_power * (4.0 * np.pi / radio.wavelength) ** 2
-        # P lambda^2 rcs / ((4 pi)^3 d^4 k T B F) is P_T |epsilon|^2 / (sigma^2 d^4)
-        reflected = np.abs(complex(*radar.rcs)) ** 2 / radar.noise
-        cross_section = 4.0 * np.pi * reflected * noise / alpha0**2
-        full_integration = radar.bandwidth * scenario.frame.slot
-        return PowerScale(
-            power=radio.power,
-            snr_at_1m=float(snr_at_1m),
-            bandwidth=radar.bandwidth,
-            temperature=TEMPERATURE,
-            noise_figure=NOISE_FIGURE,
-            noise_power=noise_power,
-            transmit_power=float(transmit_power),
-            unit_power=float(transmit_power / power),
-            watt=float(power / transmit_power),
-            cross_section=float(cross_section),
-            full_integration=full_integration,
-            full_cross_section=float(cross_section * radar.gain / full_integration),
-        )
+    power, noise, alpha0 = np.array([radio.power, radio.noise, radio.alpha0])
+    noise_power = BOLTZMANN * TEMPERATURE * radar.bandwidth * NOISE_FIGURE
+    snr_at_1m = power * alpha0**2 / noise
+    transmit_power = snr_at_1m * noise_power * (4.0 * np.pi / radio.wavelength) ** 2
+    # P lambda^2 rcs / ((4 pi)^3 d^4 k T B F) is P_T |epsilon|^2 / (sigma^2 d^4)
+    reflected = np.abs(complex(*radar.rcs)) ** 2 / radar.noise
+    cross_section = 4.0 * np.pi * reflected * noise / alpha0**2
+    full_integration = radar.bandwidth * scenario.frame.slot
+    return PowerScale(
+        power=radio.power,
+        snr_at_1m=float(snr_at_1m),
+        bandwidth=radar.bandwidth,
+        temperature=TEMPERATURE,
+        noise_figure=NOISE_FIGURE,
+        noise_power=noise_power,
+        transmit_power=float(transmit_power),
+        unit_power=float(transmit_power / power),
+        watt=float(power / transmit_power),
+        cross_section=float(cross_section),
+        full_integration=full_integration,
+        full_cross_section=float(cross_section * radar.gain / full_integration),
+    )
 
 
 def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
@@ -194,8 +193,7 @@ def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
     measured = measure(
         state[:, 0], state[:, 1], state[:, 2], world.uav.speed, world.uav.heading, radio.carrier
     )
-    with np.errstate(divide="ignore"):  # no loss: inf
-        snrs = radio.power / loss
+    snrs = radio.power / loss
     widths = array.half_power_width(state[:, 0])
     budgets = []
     for place, column in enumerate(here):
@@ -217,9 +215,7 @@ def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
                 beam_rate=float(rate(array.n * snr)),
                 beam_width=float(widths[place]),
                 omni_echo=_echo(omni, alone, law, radio.carrier),
-                beam_echo=_echo(
-                    _matched(angle, radio.power, array), alone, law, radio.carrier
-                ),
+                beam_echo=_echo(_matched(angle, radio.power, array), alone, law, radio.carrier),
             )
         )
     return tuple(budgets)
@@ -239,9 +235,7 @@ def _matched(angle: float, power: float, array: LinearArray) -> Transmission:
     return transmission.directional(math.sqrt(power / array.n) * array.steering([angle]))
 
 
-def _echo(
-    sent: Transmission, state: Array, law: VarianceLaw, carrier: float
-) -> EchoBudget:
+def _echo(sent: Transmission, state: Array, law: VarianceLaw, carrier: float) -> EchoBudget:
     """Return the echo of an object in a state ``(1, 3)``."""
     snr = law.snr(sent, state)
     angle, delay, doppler = np.sqrt(law.variance(sent, state, snr)[0])
