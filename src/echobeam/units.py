@@ -107,8 +107,9 @@ def _level(number: float, unit: str) -> str | None:
     if small in _LEVELS or unit in _WATTS:
         watts = _ratio(number) * _LEVELS[small] if small in _LEVELS else number * _WATTS[unit]
         return (
-            f"a power of {watts:.5g} W; expected a plain number: radio.power, radio.noise and radar.noise are "
-            "linear, in a unit of the scenario's own (echobeam describe says how many watts 1 is)"
+            f"a power of {watts:.5g} W; expected a plain number: radio.power, radio.noise and "
+            "radar.noise are linear, in a unit of the scenario's own (echobeam describe says how "
+            "many watts 1 is)"
         )
     return None
 
