@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from echobeam.cli import options
+from echobeam.cli.columns import aligned
 
 if TYPE_CHECKING:
     from echobeam.scenario.model import Scenario
@@ -190,17 +191,9 @@ def _phases(objects: Sequence[ObjectBudget]) -> list[tuple[ObjectBudget, str, Ec
 
 
 def _table(columns: dict[str, Callable[[Any], str]], rows: Sequence[Any]) -> list[str]:
-    """Return aligned lines, the first column to the left."""
+    """Return lines in columns, the first to the left."""
     cells = [list(columns), *([cell(row) for cell in columns.values()] for row in rows)]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return [
-        "  "
-        + "  ".join(
-            cell.rjust(width) if place else cell.ljust(width)
-            for place, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        for row in cells
-    ]
+    return [f"  {line}" for line in aligned(cells, left=1)]
 
 
 def _kept(one: Assumption) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from echobeam.cli.columns import aligned
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.decisions import Decisions
 from echobeam.simulation.link_budget import far_field
@@ -67,6 +68,21 @@ def milliseconds(decisions: Decisions) -> dict[str, str]:
     }
 
 
+def measured(mean: float, interval: tuple[float, float]) -> str:
+    """Return a mean with half its interval, as many digits as the interval has two of.
+
+    Below a thousandth both are over a power of ten, ``(2.83 ± 0.12)e-05``.
+    """
+    half = (interval[1] - interval[0]) / 2
+    if not math.isfinite(mean) or not half > 1e-9 * abs(mean):  # one trial, or all alike
+        return f"{mean:.4g}"
+    exponent = math.floor(math.log10(abs(mean))) if mean else 0
+    power = exponent if exponent < -3 or exponent > 5 else 0
+    digits = max(0, 1 - math.floor(math.log10(half)) + power)
+    scaled = f"{mean * 10.0**-power:.{digits}f} ± {half * 10.0**-power:.{digits}f}"
+    return scaled if power == 0 else f"({scaled})e{power:+03d}"
+
+
 def plain(value: object) -> object:
     """Return a value as JSON knows it."""
     if isinstance(value, Mapping):
@@ -92,7 +108,7 @@ def text_report(
     lines = [
         f"{scenario.name}: mean sum rate over {trials} trial{'s' * (trials > 1)}, {unit}{interval}",
         "",
-        *_aligned([["slot", *figures], *_rows(result, figures, scenario, 10.0**-exponent)]),
+        *_ruled([["slot", *figures], *_rows(result, figures, scenario, 10.0**-exponent)]),
         "",
     ]
     headline = improvement(result)
@@ -192,11 +208,8 @@ def _cell(mean: float, interval: np.ndarray[tuple[int, ...], np.dtype[np.float64
     return f"{mean:.3f}" if np.isnan(half) else f"{mean:.3f} ± {half:.3f}"
 
 
-def _aligned(rows: list[list[str]]) -> list[str]:
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = [
-        "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
-        for row in rows
-    ]
+def _ruled(rows: list[list[str]]) -> list[str]:
+    """Return rows in columns, with a rule below the heads and one above the last row."""
+    lines = aligned(rows)
     rule = "-" * len(lines[0])
     return [lines[0], rule, *lines[1:-1], rule, lines[-1]]
