@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_ROWS = 60
+MOST_DIGITS = 4
+"""Digits after the point of a mean that is not written over a power of ten."""
+
 DECISION_WORDS = "decision per trial and slot on this machine, ms, mean (99th percentile)"
 
 
@@ -69,16 +72,16 @@ def milliseconds(decisions: Decisions) -> dict[str, str]:
 
 
 def measured(mean: float, interval: tuple[float, float]) -> str:
-    """Return a mean with half its interval, as many digits as the interval has two of.
+    """Return a mean with half its interval, of which two digits are printed.
 
-    Below a thousandth both are over a power of ten, ``(2.83 ± 0.12)e-05``.
+    Small ones are over a power of ten, ``(2.83 ± 0.12)e-05``.
     """
     half = (interval[1] - interval[0]) / 2
     if not math.isfinite(mean) or not half > 1e-9 * abs(mean):  # one trial, or all alike
         return f"{mean:.4g}"
-    exponent = math.floor(math.log10(abs(mean))) if mean else 0
-    power = exponent if exponent < -3 or exponent > 5 else 0
-    digits = max(0, 1 - math.floor(math.log10(half)) + power)
+    digits = 1 - math.floor(math.log10(float(f"{half:.1e}")))  # 0.00999 is printed as 0.010
+    power = min(0, math.floor(math.log10(abs(mean)))) if mean and digits > MOST_DIGITS else 0
+    digits = max(0, digits + power)
     scaled = f"{mean * 10.0**-power:.{digits}f} ± {half * 10.0**-power:.{digits}f}"
     return scaled if power == 0 else f"({scaled})e{power:+03d}"
 
