@@ -120,9 +120,15 @@ def _setting(scenario: Scenario) -> list[str]:
         "coverage": f"{cover.width:g} standard deviations of the angle ({cover.spread}), at most "
         f"{_degrees(cover.max_halfwidth)} degrees; ripple {scenario.ripple:g}, grid "
         f"{_degrees(cover.resolution)} degrees, rate floor {cover.min_rate:g} bit/s/Hz",
-        "schemes": ", ".join(scenario.schemes),
+        "schemes": ", ".join(_scheme(name, scenario) for name in scenario.schemes),
     }
     return [_filled(f"{name:9}", words) for name, words in rows.items()]
+
+
+def _scheme(name: str, scenario: Scenario) -> str:
+    """Return a scheme's name with the parameters that the scenario gives it."""
+    own = scenario.scheme_parameters.get(name, {})
+    return f"{name} ({', '.join(f'{key}={value}' for key, value in own.items())})" if own else name
 
 
 def _powers(scale: PowerScale, scenario: Scenario) -> list[str]:

@@ -160,7 +160,7 @@ def power_scale(scenario: Scenario) -> PowerScale:
     power, noise, alpha0 = np.array([radio.power, radio.noise, radio.alpha0])
     noise_power = BOLTZMANN * TEMPERATURE * radar.bandwidth * NOISE_FIGURE
     snr_at_1m = power * alpha0**2 / noise
-    transmit_power = snr_at_1m * noise_power * (4.0 * np.pi / radio.wavelength) ** 2
+    transmit_power = snr_at_1m * noise_power * np.square(4.0 * np.pi / radio.wavelength)
     # P lambda^2 rcs / ((4 pi)^3 d^4 k T B F) is P_T |epsilon|^2 / (sigma^2 d^4)
     reflected = np.abs(complex(*radar.rcs)) ** 2 / radar.noise
     cross_section = 4.0 * np.pi * reflected * noise / alpha0**2
