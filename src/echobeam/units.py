@@ -7,7 +7,9 @@ place where "80 m", "60 deg" or "30 GHz" become such numbers.
 from __future__ import annotations
 
 import math
+import operator
 import re
+from typing import Any
 
 from echobeam.faults import InputError
 
@@ -39,6 +41,22 @@ class QuantityError(InputError):
     """Fault of a text that is not a number with a unit of the kind asked for."""
 
 
+def plain(value: Any) -> Any:
+    """Return a NumPy number, or an array of one without axes, as Python's; else the value itself."""
+    return value.item() if getattr(value, "ndim", None) == 0 and hasattr(value, "item") else value
+
+
+def whole(value: Any) -> int | None:
+    """Return a whole number of any kind as Python's; None if it is none (``True``, 3.0)."""
+    value = plain(value)
+    if isinstance(value, bool):
+        return None
+    try:
+        return operator.index(value)
+    except TypeError:
+        return None
+
+
 def accepted(kind: str) -> str:
     """Return in words the units that a kind of quantity takes, for messages."""
     units = [unit for unit in UNITS[kind] if unit not in ("m/s2", "m/s²")]
@@ -64,6 +82,7 @@ def parse_quantity(value: object, kind: str) -> float:
     QuantityError
         If the value is no finite number or its unit is not of this kind.
     """
+    value = plain(value)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise QuantityError(f"{value!r} is not a quantity; expected {accepted(kind)}")
     if not isinstance(value, str):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
@@ -12,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from echobeam.faults import InputError
 from echobeam.scenario.tables import DEFAULT_SCHEMES, PARAMETERS
+from echobeam.units import plain
 
 T = TypeVar("T", bound=BaseModel)
 
@@ -70,7 +72,9 @@ def read_value(text: str) -> object:
 def override(document: dict[str, Any], key: str, value: object) -> str | None:
     """Put a value at a dotted key; return the fault if there is no such place."""
     place: Any = document
-    value = value.item() if isinstance(value, np.generic) else value
+    value = _as_read(value)
+    if not isinstance(key, str):
+        return f"{key!r}: no key; expected a dotted text such as 'uav.height'"
     *parents, last = key.split(".")
     if parents[:1] == ["schemes"]:
         fault = _as_tables(document, parents[1] if len(parents) > 1 else last)
@@ -94,6 +98,18 @@ def override(document: dict[str, Any], key: str, value: object) -> str | None:
     else:
         return f"{key}: not a table"
     return None
+
+
+def _as_read(value: object) -> object:
+    """Return what Python code gives as a file would have it: plain numbers, lists and texts."""
+    value = plain(value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _as_read(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_as_read(item) for item in value]
+    return os.fspath(value) if isinstance(value, os.PathLike) else value
 
 
 def _as_tables(document: dict[str, Any], name: str) -> str | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 
 from echobeam.scenario.built_in import BUILT_IN, preset_text, presets, ships
@@ -13,7 +14,7 @@ from echobeam.scenario.model import Scenario
 
 
 def load_scenario(
-    source: str | Path | Scenario, overrides: Mapping[str, object] | Sequence[str] = ()
+    source: str | PathLike[str] | Scenario, overrides: Mapping[str, object] | Sequence[str] = ()
 ) -> Scenario:
     """Load a scenario by its built-in name or from a TOML file.
 
@@ -52,7 +53,7 @@ def trace_path(scenario: Scenario) -> Path | None:
     return Path(str(presets() / name)) if ships(name) else Path(name)
 
 
-def _read(source: str | Path) -> tuple[str, str, Path]:
+def _read(source: str | PathLike[str]) -> tuple[str, str, Path]:
     if isinstance(source, str) and source in BUILT_IN:
         return preset_text(source), source, Path(str(presets()))
     path = Path(source)
@@ -74,6 +75,8 @@ def _read(source: str | Path) -> tuple[str, str, Path]:
 def _items(overrides: Mapping[str, object] | Sequence[str]) -> list[tuple[str, object]]:
     if isinstance(overrides, Mapping):
         return list(overrides.items())
+    if isinstance(overrides, str):
+        overrides = [overrides]
     items: list[tuple[str, object]] = []
     for text in overrides:
         key, equals, value = text.partition("=")

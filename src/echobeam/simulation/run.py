@@ -16,6 +16,7 @@ from echobeam.simulation.loop import SlotRecord, first_trial, run_slots
 from echobeam.simulation.randomness import MAX_SEED
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import begin
+from echobeam.units import whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +61,7 @@ def simulate(
     """
     scenario = as_scenario(scenario)
     chosen = configure_all(scenario, schemes)
-    count = check_count(scenario.trials if trials is None else trials, seed)
+    count, seed = check_count(scenario.trials if trials is None else trials, seed)
     scene = scene_of(scenario)
     blocks = [run_block(scene, chosen, seed, block, advance) for block in cut(scenario, count)]
     return as_dataset(scene, [scheme.name for scheme in chosen], seed, blocks)
@@ -83,8 +84,13 @@ def slots(
     """
     scenario = as_scenario(scenario)
     (chosen,) = configure_all(scenario, [scheme])
-    check_count(trial + 1, seed)
-    world = begin(scene_of(scenario), seed, range(trial, trial + 1))
+    number = whole(trial)
+    if number is None or not 0 <= number < MOST_TRIALS:
+        raise ScenarioError(
+            f"trial: {trial!r} is not accepted; expected a whole number from 0 to {MOST_TRIALS - 1}"
+        )
+    _, seed = check_count(1, seed)
+    world = begin(scene_of(scenario), seed, range(number, number + 1))
     for record in run_slots(world, chosen):
         yield first_trial(record)
 
@@ -94,20 +100,21 @@ def as_scenario(scenario: Scenario | str | Path) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
 
 
-def check_count(trials: int, seed: int) -> int:
-    """Return the number of trials if it and the seed make sense.
+def check_count(trials: int, seed: int) -> tuple[int, int]:
+    """Return the number of trials and the seed, whole numbers of any kind, as Python's.
 
     Raises
     ------
     ScenarioError
-        Otherwise.
+        If they make no sense.
     """
-    if isinstance(trials, bool) or not isinstance(trials, int) or not 1 <= trials <= MOST_TRIALS:
+    count, number = whole(trials), whole(seed)
+    if count is None or not 1 <= count <= MOST_TRIALS:
         raise ScenarioError(
             f"trials: {trials!r} is not accepted; expected a whole number from 1 to {MOST_TRIALS}"
         )
-    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
+    if number is None or not 0 <= number <= MAX_SEED:
         raise ScenarioError(
             f"seed: {seed!r} is not accepted; expected a whole number from 0 to 2^63 - 1"
         )
-    return trials
+    return count, number
