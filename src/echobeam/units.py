@@ -7,11 +7,10 @@ place where "80 m", "60 deg" or "30 GHz" become such numbers.
 from __future__ import annotations
 
 import math
-import operator
 import re
-from typing import Any
 
 from echobeam.faults import InputError
+from echobeam.numerals import plain
 
 SPEED_OF_LIGHT = 299_792_458.0
 """Speed of light in vacuum, m/s (exact by definition of the metre)."""
@@ -39,22 +38,6 @@ _DECIBELS = ("db", "dbm", "dbw", "dbi")
 
 class QuantityError(InputError):
     """Fault of a text that is not a number with a unit of the kind asked for."""
-
-
-def plain(value: Any) -> Any:
-    """Return a NumPy number, or an array of one without axes, as Python's; else the value itself."""
-    return value.item() if getattr(value, "ndim", None) == 0 and hasattr(value, "item") else value
-
-
-def whole(value: Any) -> int | None:
-    """Return a whole number of any kind as Python's; None if it is none (``True``, 3.0)."""
-    value = plain(value)
-    if isinstance(value, bool):
-        return None
-    try:
-        return operator.index(value)
-    except TypeError:
-        return None
 
 
 def accepted(kind: str) -> str:

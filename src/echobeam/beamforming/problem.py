@@ -20,6 +20,7 @@ from echobeam.beamforming.checking import (
     out_of_range,
     stated_loss,
 )
+from echobeam.brief import Brief
 from echobeam.faults import InputError
 from echobeam.physics.link import channel_loss
 from echobeam.physics.planar import AntennaArray, PlanarArray
@@ -34,8 +35,8 @@ class ProblemError(InputError):
     """Fault of a beam problem that makes no sense; the message lists every fault."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, init=False)
-class BeamProblem:
+@dataclass(frozen=True, slots=True, eq=False, init=False, repr=False)
+class BeamProblem(Brief):
     """Design the beams of one slot, Eq. (38).
 
     Attributes
@@ -174,8 +175,8 @@ class BeamProblem:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ProblemBatch:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ProblemBatch(Brief):
     """Many problems (38) on one array: a leading axis of ``T`` trials over `BeamProblem`.
 
     The values come from our own trackers and are not examined again; `BeamProblem` is the

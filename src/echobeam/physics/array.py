@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.faults import InputError
+from echobeam.numerals import whole
 from echobeam.physics.angles import exact_cosine, exact_sine
-from echobeam.units import whole
 from echobeam.values import Array, Axis, ComplexArray
 
 

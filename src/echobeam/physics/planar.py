@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.numerals import whole
 from echobeam.physics.array import ArrayError, LinearArray, count_faults, spacing_faults
-from echobeam.units import whole
 from echobeam.values import Array, ComplexArray
 
 

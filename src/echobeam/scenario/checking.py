@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from echobeam.faults import InputError
+from echobeam.numerals import plain
 from echobeam.scenario.tables import DEFAULT_SCHEMES, PARAMETERS
-from echobeam.units import plain
 
 T = TypeVar("T", bound=BaseModel)
 
@@ -69,7 +69,7 @@ def read_value(text: str) -> object:
         return text
 
 
-def override(document: dict[str, Any], key: str, value: object) -> str | None:
+def override(document: dict[str, Any], key: Any, value: object) -> str | None:
     """Put a value at a dotted key; return the fault if there is no such place."""
     place: Any = document
     value = _as_read(value)

@@ -9,7 +9,8 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer
 
-from echobeam.units import QuantityError, parse_quantity, plain, whole
+from echobeam.numerals import plain, whole
+from echobeam.units import QuantityError, parse_quantity
 
 
 def _reader(kind: str) -> BeforeValidator:
@@ -27,7 +28,6 @@ Acceleration = Annotated[
 Rate = Annotated[float, _reader("rate"), Field(json_schema_extra={"kind": "rate"})]
 Number = Annotated[float, _reader("number"), Field(json_schema_extra={"kind": "number"})]
 """Each is a float in SI and radians, read by `parse_quantity` with its kind of unit."""
-
 
 
 def _read_whole(value: object) -> object:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from echobeam.numerals import whole
 from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario
@@ -16,7 +17,6 @@ from echobeam.simulation.loop import SlotRecord, first_trial, run_slots
 from echobeam.simulation.randomness import MAX_SEED
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import begin
-from echobeam.units import whole
 
 if TYPE_CHECKING:
     import xarray as xr
