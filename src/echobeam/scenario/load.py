@@ -12,10 +12,11 @@ from echobeam.scenario.built_in import BUILT_IN, preset_text, presets, ships
 from echobeam.scenario.checking import ScenarioError, checked, override, read_value
 from echobeam.scenario.model import Scenario
 
+Source = Scenario | str | PathLike[str]
+"""Scenario, a built-in scenario's name, or the path of a scenario file."""
 
-def load_scenario(
-    source: str | PathLike[str] | Scenario, overrides: Mapping[str, object] | Sequence[str] = ()
-) -> Scenario:
+
+def load_scenario(source: Source, overrides: Mapping[str, object] | Sequence[str] = ()) -> Scenario:
     """Load a scenario by its built-in name or from a TOML file.
 
     Parameters

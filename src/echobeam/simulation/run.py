@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from echobeam.numerals import whole
 from echobeam.scenario.checking import ScenarioError
-from echobeam.scenario.load import load_scenario
+from echobeam.scenario.load import Source, load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import configure_all
 from echobeam.simulation.blocks import Advance, cut, run_block
@@ -26,7 +25,7 @@ MOST_TRIALS = 10_000_000
 
 
 def simulate(
-    scenario: Scenario | str | Path,
+    scenario: Source,
     schemes: Sequence[str | object] | None = None,
     trials: int | None = None,
     seed: int = 0,
@@ -68,7 +67,7 @@ def simulate(
 
 
 def slots(
-    scenario: Scenario | str | Path,
+    scenario: Source,
     scheme: str | object = "temporal",
     seed: int = 0,
     trial: int = 0,
@@ -95,7 +94,7 @@ def slots(
         yield first_trial(record)
 
 
-def as_scenario(scenario: Scenario | str | Path) -> Scenario:
+def as_scenario(scenario: Source) -> Scenario:
     """Return a scenario, loading it if its name or file is given."""
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
 
