@@ -28,7 +28,7 @@ SHORT = 1.0
 def progress_bar(label: str, *, quiet: bool) -> Iterator[Progress]:
     """Give a function that shows on stderr how much of a total is done; a silent one if ``quiet``.
 
-    Without a terminal it prints a line now and then.
+    Without a terminal it prints a line now and then, and one at the end.
     """
     if quiet:
         yield _silent
@@ -36,7 +36,9 @@ def progress_bar(label: str, *, quiet: bool) -> Iterator[Progress]:
         with _rich_bar(label, wait=0.0) as show:
             yield show
     else:
-        yield _Line(label, BETWEEN_LINES, lambda text: print(text, file=sys.stderr, flush=True))
+        line = _Line(label, BETWEEN_LINES, lambda text: print(text, file=sys.stderr, flush=True))
+        yield line
+        line.end()
 
 
 @contextmanager
@@ -51,7 +53,8 @@ def interactive_bar(label: str, *, quiet: bool) -> Iterator[Progress]:
     elif notebook is not None:
         line = _Line(label, BETWEEN_UPDATES, notebook, wait=SHORT)
         yield line
-        line.end()
+        if line.shown:
+            line.end()
     elif _terminal():
         with _rich_bar(label, wait=SHORT) as show:
             yield show
@@ -138,17 +141,17 @@ class _Line:
         self.begun = monotonic()
         self.next = self.begun + (every if wait is None else wait)
         self.last: tuple[int, int] | None = None
+        self.shown = False
 
     def __call__(self, done: int, total: int) -> None:
+        self.last = done, total
         if monotonic() >= self.next:
             self.next = monotonic() + self.every
+            self.shown = True
             self.show(self._text(done, total))
-            self.last = done, total
-        elif self.last is not None:
-            self.last = done, total
 
     def end(self) -> None:
-        """Show where the work ended, if it was shown at all."""
+        """Show where the work ended, if there was any."""
         if self.last is not None:
             self.show(self._text(*self.last))
 
@@ -156,7 +159,7 @@ class _Line:
         elapsed = monotonic() - self.begun
         share = done / total if total else 0.0
         left = f", {_clock(elapsed / share - elapsed)} left" if 0.0 < share < 1.0 else ""
-        return f"{self.label}: {100 * share:.0f} %, {_clock(elapsed)} elapsed{left}"
+        return f"{self.label}: {100 * share:.0f}%, {_clock(elapsed)} elapsed{left}"
 
 
 def _clock(seconds: float) -> str:
