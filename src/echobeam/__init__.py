@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from echobeam.version import __version__
 
 if TYPE_CHECKING:
+    from echobeam import testing as testing
     from echobeam.beamforming.answer import BeamAnswer
     from echobeam.beamforming.design import design_beams
     from echobeam.beamforming.problem import BeamProblem, ProblemError

@@ -61,7 +61,7 @@ class StateSpace:
     names: tuple[str, ...]
     units: tuple[str, ...]
     angles: tuple[int, ...]
-    valid: Callable[[Array], BoolArray]
+    valid: Callable[[Array], BoolArray | np.bool_]
 
     @property
     def size(self) -> int:

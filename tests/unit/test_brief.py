@@ -52,12 +52,12 @@ def test_shapes_ranges_and_small_arrays_are_shown():
 def test_an_answer_is_short_and_showing_it_proves_nothing():
     problem = eb.BeamProblem([1.3, 2.3], [100, 140], [0.05, 0.05], 3, 0, 1, 1, 64)
     answer = eb.design_beams(problem)
-    assert "upper_bound" not in repr(answer)
+    assert "upper_bound=Proof(not asked for yet)" in repr(answer)
     assert not answer.proof.known
     assert len(repr(answer).splitlines()) <= 6
     assert f"objective={answer.objective:.6g}" in repr(answer)
     assert answer.upper_bound >= answer.objective
-    assert "upper_bound" in repr(answer)
+    assert f"upper_bound={answer.upper_bound:.6g}" in repr(answer)
     assert "<table>" in answer._repr_html_()
 
 

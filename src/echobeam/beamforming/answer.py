@@ -96,12 +96,11 @@ class BeamAnswer(Brief):
         return html_table(f"Beams of {len(self.beams)} objects", self._figures())
 
     def _figures(self) -> dict[str, object]:
-        bound = {"upper_bound": self.upper_bound} if self.proof.known else {}
         message = {"message": self.message} if self.message else {}
         return {
             "status": self.status,
             "objective": self.objective,
-            **bound,
+            "upper_bound": self.upper_bound if self.proof.known else self.proof,
             "rates": self.rates,
             "max_violation": self.max_violation.largest,
             "seconds": self.seconds,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -142,6 +142,16 @@ class BeamProblem(Brief):
             object.__setattr__(self, name, number)
         object.__setattr__(self, "array", chosen)
         object.__setattr__(self, "warm_start", warm)
+
+    def replace(self, **changes: Any) -> BeamProblem:
+        """Return the problem with other values of some attributes, checked as a new one.
+
+        Raises
+        ------
+        ProblemError
+            As for a new one.
+        """
+        return replace(self, **changes)
 
     @property
     def n_objects(self) -> int:

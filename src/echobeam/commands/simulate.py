@@ -73,15 +73,10 @@ def simulate(
     processes = job_count(jobs)
     scenario = as_scenario(scenario)
     asked = _listed(scenario.schemes if schemes is None else schemes)
-    chosen = configure_all(scenario, asked)
-    count, seed = check_count(scenario.trials if trials is None else trials, seed)
     with _shown(progress, scenario.name) as show:
-        if processes == 1 or len(cut(scenario, count)) == 1:
-            total = count * scenario.n_slots * len(chosen)
-            return simulate_here(scenario, asked, count, seed, advance=_Counter(show, total))
-        for one, configured in zip(asked, chosen, strict=True):
-            _check_portable(one, configured.name, processes)
-        return _spread(scenario, asked, count, seed, processes, show)
+        if processes == 1:
+            return simulate_here(scenario, asked, trials, seed, progress=show)
+        return _spread(scenario, asked, trials, seed, processes, show)
 
 
 def _listed(schemes: object) -> tuple[str | object, ...]:
@@ -94,14 +89,17 @@ def _listed(schemes: object) -> tuple[str | object, ...]:
 def _spread(
     scenario: Scenario,
     schemes: tuple[str | object, ...],
-    trials: int,
+    trials: int | None,
     seed: int,
     jobs: int,
     show: Progress,
 ) -> xr.Dataset:
     """Run blocks on processes that leave them in a directory of their own."""
-    scene, blocks = scene_of(scenario), tuple(cut(scenario, trials))
     names = [scheme.name for scheme in configure_all(scenario, schemes)]
+    count, seed = check_count(scenario.trials if trials is None else trials, seed)
+    for scheme, name in zip(schemes, names, strict=True):
+        _check_portable(scheme, name, jobs)
+    scene, blocks = scene_of(scenario), tuple(cut(scenario, count))
     with TemporaryDirectory(prefix="echobeam-", ignore_cleanup_errors=True) as folder:
         files = BlockFiles(Path(folder))
         do_all(BlockWork(scene, schemes, seed, blocks, files), Workers(jobs), show)
@@ -112,17 +110,6 @@ def _shown(progress: bool | Progress, label: str) -> AbstractContextManager[Prog
     if callable(progress):
         return nullcontext(progress)
     return interactive_bar(label, quiet=not progress)
-
-
-class _Counter:
-    """Adds up what is done, and shows it beside all there is to do."""
-
-    def __init__(self, show: Progress, total: int) -> None:
-        self.show, self.total, self.done = show, total, 0
-
-    def __call__(self, slots: int) -> None:
-        self.done += slots
-        self.show(self.done, self.total)
 
 
 def _check_portable(scheme: str | object, name: str, jobs: int) -> None:

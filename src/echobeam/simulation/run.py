@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from echobeam.numerals import whole
@@ -10,7 +10,7 @@ from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.load import Source, load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import configure_all
-from echobeam.simulation.blocks import Advance, cut, run_block
+from echobeam.simulation.blocks import cut, run_block
 from echobeam.simulation.dataset import as_dataset
 from echobeam.simulation.loop import SlotRecord, first_trial, run_slots
 from echobeam.simulation.randomness import MAX_SEED
@@ -30,7 +30,7 @@ def simulate(
     trials: int | None = None,
     seed: int = 0,
     *,
-    advance: Advance = lambda slots: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> xr.Dataset:
     """Run a scenario and return the result as a labelled dataset.
 
@@ -45,8 +45,8 @@ def simulate(
         Number of trials; the scenario's if left out.
     seed
         Same scenario, seed and version give the same numbers, bit for bit.
-    advance
-        Called with the number of trial-slots done since the last call.
+    progress
+        Called with the trial-slots done so far and in all.
 
     Returns
     -------
@@ -62,6 +62,13 @@ def simulate(
     chosen = configure_all(scenario, schemes)
     count, seed = check_count(scenario.trials if trials is None else trials, seed)
     scene = scene_of(scenario)
+    done, total = 0, count * scenario.n_slots * len(chosen)
+
+    def advance(slots: int) -> None:
+        nonlocal done
+        done += slots
+        progress(done, total)
+
     blocks = [run_block(scene, chosen, seed, block, advance) for block in cut(scenario, count)]
     return as_dataset(scene, [scheme.name for scheme in chosen], seed, blocks)
 
