@@ -1,10 +1,12 @@
 """Texts of values: short whatever they hold, and harmless in a notebook."""
 
+from dataclasses import fields, is_dataclass
+
 import numpy as np
 import pytest
 
 import echobeam as eb
-from echobeam.brief import WIDTH, html_table, shortened
+from echobeam.brief import WIDTH, Brief, html_table, shortened
 from echobeam.schemes.configure import system_of
 
 
@@ -70,3 +72,12 @@ def test_tables_of_a_notebook_are_escaped():
     assert "directional" in repr(record) or "omni" in repr(record)
     assert record._repr_html_().startswith("<table>")
     assert len(record._repr_html_()) < 3000
+
+
+def test_every_public_value_with_arrays_is_brief():
+    found = [getattr(eb, name) for name in eb.__all__]
+    values = [each for each in found if isinstance(each, type) and is_dataclass(each)]
+    arrays = [each for each in values if any("Array" in str(f.type) for f in fields(each))]
+    assert len(arrays) >= 10
+    for each in arrays:
+        assert issubclass(each, Brief) or each is eb.SlotRecord, each

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, SupportsIndex, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -96,7 +96,7 @@ class BeamProblem(Brief):
         min_rate: npt.ArrayLike,
         power: float,
         noise: float,
-        n_tx: int | None = None,
+        n_tx: SupportsIndex | None = None,
         alpha0: float = 1.0,
         spacing: float = 0.5,
         axis: Axis = "vertical",

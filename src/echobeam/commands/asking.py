@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
 from textwrap import indent
-from typing import TypeVar
+from typing import SupportsIndex, TypeVar
 
 from echobeam.faults import InputError
 from echobeam.numerals import whole
@@ -51,8 +51,8 @@ class Request:
 
     source: Source
     schemes: tuple[str, ...]
-    trials: int | None
-    seed: int
+    trials: SupportsIndex | None
+    seed: SupportsIndex
     overrides: tuple[str, ...]
     trace: str | None
     workers: Workers
@@ -142,11 +142,11 @@ def request(
     *,
     schemes: str | Sequence[str] | None,
     scheme: str | Sequence[str] | None = None,
-    trials: int | None,
-    seed: int,
+    trials: SupportsIndex | None,
+    seed: SupportsIndex,
     set: Settings | None,
     trace: str | PathLike[str] | None,
-    jobs: int,
+    jobs: SupportsIndex,
     dask: str | None,
     resume: bool,
     force: bool,
@@ -225,7 +225,7 @@ def _text(key: str, value: object) -> str:
         ) from None
 
 
-def job_count(jobs: int) -> int:
+def job_count(jobs: SupportsIndex) -> int:
     """Return a number of processes as Python's whole number.
 
     Raises

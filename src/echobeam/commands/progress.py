@@ -30,7 +30,7 @@ def progress_bar(label: str, *, quiet: bool) -> Iterator[Progress]:
 
     Without a terminal it prints a line now and then, and one at the end.
     """
-    if quiet:
+    if quiet or sys.stderr is None:
         yield _silent
     elif _terminal():
         with _rich_bar(label, wait=0.0) as show:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex
 
 from echobeam.commands.asking import job_count
 from echobeam.commands.progress import Bar, interactive_bar
@@ -22,10 +22,10 @@ def reproduce(
     ids: str | Sequence[str] = (),
     *,
     out: str | PathLike[str] = "reproduction",
-    trials: int | None = None,
+    trials: SupportsIndex | None = None,
     quick: bool = False,
-    seed: int = 0,
-    jobs: int = 1,
+    seed: SupportsIndex = 0,
+    jobs: SupportsIndex = 1,
     dask: str | None = None,
     resume: bool = False,
     force: bool = False,
@@ -78,9 +78,9 @@ def record_figures(
     ids: tuple[str, ...],
     out: Path,
     *,
-    trials: int | None,
+    trials: SupportsIndex | None,
     quick: bool,
-    seed: int,
+    seed: SupportsIndex,
     workers: Workers,
     resume: bool,
     force: bool,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, SupportsIndex
 
 from echobeam.commands.asking import Asked, Request, Settings, request, target
 from echobeam.commands.progress import Bar, interactive_bar
@@ -22,12 +22,12 @@ def run(
     scenario: Source,
     *,
     schemes: str | Sequence[str] | None = None,
-    trials: int | None = None,
-    seed: int = 0,
+    trials: SupportsIndex | None = None,
+    seed: SupportsIndex = 0,
     out: str | PathLike[str] | None = None,
     set: Settings | None = None,
     trace: str | PathLike[str] | None = None,
-    jobs: int = 1,
+    jobs: SupportsIndex = 1,
     dask: str | None = None,
     resume: bool = False,
     force: bool = False,

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, SupportsIndex
 
 from echobeam.commands.asking import job_count
 from echobeam.commands.progress import Progress, interactive_bar
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 def simulate(
     scenario: Source,
     schemes: str | Sequence[str | object] | None = None,
-    trials: int | None = None,
-    seed: int = 0,
+    trials: SupportsIndex | None = None,
+    seed: SupportsIndex = 0,
     *,
-    jobs: int = 1,
+    jobs: SupportsIndex = 1,
     progress: bool | Callable[[int, int], None] = True,
 ) -> xr.Dataset:
     """Run a scenario in memory and return the result as a labelled dataset.
@@ -89,8 +89,8 @@ def _listed(schemes: object) -> tuple[str | object, ...]:
 def _spread(
     scenario: Scenario,
     schemes: tuple[str | object, ...],
-    trials: int | None,
-    seed: int,
+    trials: SupportsIndex | None,
+    seed: SupportsIndex,
     jobs: int,
     show: Progress,
 ) -> xr.Dataset:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, SupportsIndex
 
 import numpy as np
 
@@ -32,14 +32,14 @@ def sweep(
     vary: Vary,
     *,
     schemes: str | Sequence[str] | None = None,
-    trials: int | None = None,
-    seed: int = 0,
+    trials: SupportsIndex | None = None,
+    seed: SupportsIndex = 0,
     out: str | PathLike[str] | None = None,
     csv: str | PathLike[str] | None = None,
     full: bool = False,
     set: Settings | None = None,
     trace: str | PathLike[str] | None = None,
-    jobs: int = 1,
+    jobs: SupportsIndex = 1,
     dask: str | None = None,
     resume: bool = False,
     force: bool = False,

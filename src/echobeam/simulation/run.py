@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, SupportsIndex
 
 from echobeam.numerals import whole
 from echobeam.scenario.checking import ScenarioError
@@ -27,8 +27,8 @@ MOST_TRIALS = 10_000_000
 def simulate(
     scenario: Source,
     schemes: Sequence[str | object] | None = None,
-    trials: int | None = None,
-    seed: int = 0,
+    trials: SupportsIndex | None = None,
+    seed: SupportsIndex = 0,
     *,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> xr.Dataset:
@@ -76,8 +76,8 @@ def simulate(
 def slots(
     scenario: Source,
     scheme: str | object = "temporal",
-    seed: int = 0,
-    trial: int = 0,
+    seed: SupportsIndex = 0,
+    trial: SupportsIndex = 0,
 ) -> Iterator[SlotRecord]:
     """Yield one trial's records slot by slot, as they happen.
 
@@ -106,7 +106,7 @@ def as_scenario(scenario: Source) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
 
 
-def check_count(trials: int, seed: int) -> tuple[int, int]:
+def check_count(trials: SupportsIndex, seed: SupportsIndex) -> tuple[int, int]:
     """Return the number of trials and the seed, whole numbers of any kind, as Python's.
 
     Raises

@@ -146,6 +146,9 @@ def _deaf_to_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+_starting = threading.Lock()
+
+
 @contextmanager
 def _without_script() -> Iterator[None]:
     """Start processes that do not run the script again which started this one.
@@ -153,12 +156,13 @@ def _without_script() -> Iterator[None]:
     `multiprocessing` has them do so for what the script defines. Nothing of it is needed here, and
     a script without a guard would begin all over in each of them.
     """
-    script = sys.modules["__main__"]
-    sys.modules["__main__"] = ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = script
+    with _starting:  # of two threads, one would put back what the other has put in its place
+        script = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = script
 
 
 _here: dict[str, Any] = {}
