@@ -164,6 +164,21 @@ def test_a_sweep_is_the_shells_number_for_number():
     assert message == told(eb.sweep, "paper-single", {"radio.powr": [1, 2]}, trials=0)
 
 
+def test_a_scenario_a_name_and_a_path_are_one_grid(tmp_path):
+    scenario = eb.load_scenario("paper-single", {"uav.height": "80 m"})
+    (tmp_path / "mine.toml").write_text(scenario.to_toml(), encoding="utf-8")
+    sources = {"a.nc": scenario, "b.nc": tmp_path / "mine.toml", "c.nc": "mine.toml"}
+    jobs = set()
+    for out, source in sources.items():
+        with eb.sweep(source, {"array.n_tx": [8, 9]}, scheme="omni", trials=1, out=out) as swept:
+            jobs.add((swept.attrs["job"], swept["array.n_tx"].values.tolist() == [8, 9]))
+    assert len(jobs) == 1
+    assert "is no scenario" in told(eb.run, None)
+    assert "is no scenario" in told(eb.simulate, {"name": "x"})
+    assert "--vary 3" in told(eb.sweep, scenario, [3])
+    assert "--set 3" in told(eb.load_scenario, scenario, [3])
+
+
 def test_axes_are_the_texts_of_the_shell():
     assert varied_texts({"a": [1, 2.5], "b": ["80 m", np.float64(9)]}) == ("a=1,2.5", "b=80 m,9.0")
     assert varied_texts({("a", "b"): [(16, 16), 32]}) == ("a,b=16,32",)

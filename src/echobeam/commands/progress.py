@@ -6,12 +6,12 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-Progress = Callable[[int, int], None]
-"""Called with what is done so far and in all."""
+if TYPE_CHECKING:
+    from echobeam.store.work import Progress
 
-Bar = Callable[[str], AbstractContextManager[Progress]]
+Bar = Callable[[str], AbstractContextManager["Progress"]]
 """Progress under a label that is known only when the input has been read."""
 
 BETWEEN_LINES = 15.0

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, SupportsIndex
 
 from echobeam.commands.asking import job_count
-from echobeam.commands.progress import Progress, interactive_bar
+from echobeam.commands.progress import interactive_bar
 from echobeam.scenario.load import Source
 from echobeam.schemes.base import SchemeError
 from echobeam.schemes.configure import configure_all
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from echobeam.scenario.model import Scenario
+    from echobeam.store.work import Progress
 
 
 def simulate(

@@ -146,7 +146,7 @@ def varied_texts(vary: Vary) -> tuple[str, ...]:
     if isinstance(vary, str):
         return (vary,)
     if not isinstance(vary, Mapping):
-        return tuple(vary)
+        return tuple(map(str, vary))
     return tuple(_varied(key, values) for key, values in vary.items())
 
 

@@ -57,6 +57,10 @@ def trace_path(scenario: Scenario) -> Path | None:
 def _read(source: str | PathLike[str]) -> tuple[str, str, Path]:
     if isinstance(source, str) and source in BUILT_IN:
         return preset_text(source), source, Path(str(presets()))
+    if not isinstance(source, str | PathLike):
+        raise ScenarioError(
+            f"{source!r} is no scenario; expected a Scenario, a built-in name or a file's path"
+        )
     path = Path(source)
     try:
         return path.read_text(encoding="utf-8-sig"), str(source), path.parent
@@ -80,7 +84,7 @@ def _items(overrides: Mapping[str, object] | Sequence[str]) -> list[tuple[str, o
         overrides = [overrides]
     items: list[tuple[str, object]] = []
     for text in overrides:
-        key, equals, value = text.partition("=")
+        key, equals, value = str(text).partition("=")
         if not equals or not key.strip():
             raise ScenarioError(f"--set {text}: expected KEY=VALUE, such as uav.height='80 m'")
         items.append((key.strip(), read_value(value.strip())))
