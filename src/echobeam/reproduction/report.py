@@ -87,8 +87,8 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
         f"{len(findings)} claims: {said}. echobeam {__version__}, {results.trials} trials per "
         f"point, seed {results.seed}; intervals are 95 %. Verdicts are computed by the rules "
         "below, from intervals: where trials are too few to tell, the lesser verdict stands, and "
-        "more trials may change it. Of a claim's several numbers the table shows the first, with its "
-        "name; all of them, how each was measured, and the rules stand below. *Within 20 %, "
+        "more trials may change it. Of a claim's several numbers the table shows the first, with "
+        "its name; all of them, how each was measured, and the rules stand below. *Within 20 %, "
         "calibrated*: the rule for a printed number, met with parameters that the paper does not "
         "give and that were chosen because they meet it. *By construction*: it follows from the "
         "definition of the schemes.",

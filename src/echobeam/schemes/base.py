@@ -12,6 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from echobeam.brief import Brief
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
 from echobeam.physics.polar import POLAR
@@ -33,8 +34,8 @@ class SchemeError(InputError):
     """A scheme that cannot be found or does not keep the rules; the message says which."""
 
 
-@dataclass(frozen=True, slots=True)
-class System:
+@dataclass(frozen=True, slots=True, repr=False)
+class System(Brief):
     """Equipment and task of the UAV, as one scheme is given them.
 
     Attributes
@@ -68,8 +69,8 @@ class System:
         return self.frame.slot
 
 
-@dataclass(frozen=True, slots=True)
-class View:
+@dataclass(frozen=True, slots=True, repr=False)
+class View(Brief):
     """Knowledge of the UAV at the start of a slot, besides the scheme's own belief.
 
     Attributes
@@ -130,8 +131,8 @@ class Belief(Protocol):
         """Mean, covariance and status of every track, in the scenario's state."""
 
 
-@dataclass(frozen=True, slots=True)
-class Decision:
+@dataclass(frozen=True, slots=True, repr=False)
+class Decision(Brief):
     """Decision of a scheme in one slot, for each trial: what is sent, for whom, what is covered.
 
     Attributes
