@@ -8,6 +8,7 @@ from importlib import import_module
 
 import click
 
+from echobeam.cli.options import TRACEBACK
 from echobeam.faults import InputError, RunError
 from echobeam.version import __version__
 
@@ -29,6 +30,15 @@ WRONG_INPUT, FAILED = 2, 1
 
 class LazyGroup(click.Group):
     """A group that imports a command's module only when the command is used."""
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run a command; a fault of a user's code is told with its traceback, if asked for."""
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            if error.details and ctx.meta.get(TRACEBACK):
+                click.echo(error.details, err=True, nl=False)
+            raise
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names in the order of `COMMANDS`."""
@@ -67,10 +77,10 @@ def main() -> None:
         sys.exit(WRONG_INPUT)
     except click.Abort:
         _fail("interrupted", FAILED)
+    except RunError as error:  # also where a scheme failed, which is both
+        _fail(str(error), FAILED)
     except InputError as error:
         _fail(str(error), WRONG_INPUT)
-    except RunError as error:
-        _fail(str(error), FAILED)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(FAILED)

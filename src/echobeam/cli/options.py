@@ -65,6 +65,18 @@ as_json = click.option(
 )
 
 
+TRACEBACK = "echobeam.traceback"
+"""Key of click's context under which `traceback` is noted."""
+
+traceback = click.option(
+    "--traceback",
+    is_flag=True,
+    expose_value=False,
+    callback=lambda context, option, asked: context.meta.__setitem__(TRACEBACK, asked),
+    help="Print the traceback of a user's scheme that fails.",
+)
+
+
 def out(default: str) -> Decorator[Any]:
     """Return the option of the result file; ``default`` says where it is without it."""
     return click.option(
@@ -105,6 +117,7 @@ class Faults:
 
     def __init__(self) -> None:
         self.messages: list[str] = []
+        self.details = ""
 
     def of(self, read: Callable[..., Found], *arguments: object) -> Found | None:
         """Return what a call gives, or keep its fault and return None."""
@@ -112,6 +125,7 @@ class Faults:
             return read(*arguments)
         except InputError as error:
             self.messages.append(str(error))
+            self.details += error.details
             return None
 
     def check(self) -> None:
@@ -124,9 +138,9 @@ class Faults:
         """
         if len(self.messages) > 1:
             listed = "\n".join(indent(message, "  ") for message in self.messages)
-            raise InputError(f"{len(self.messages)} things are wrong\n{listed}")
+            raise InputError(f"{len(self.messages)} things are wrong\n{listed}", self.details)
         if self.messages:
-            raise InputError(self.messages[0])
+            raise InputError(self.messages[0], self.details)
 
 
 def read(
@@ -181,7 +195,7 @@ def _labelled(label: str, read: Callable[..., Found], *arguments: object) -> Fou
         return read(*arguments)
     except InputError as error:
         raise InputError(
-            "\n".join(f"{label}: {line}" for line in str(error).splitlines())
+            "\n".join(f"{label}: {line}" for line in str(error).splitlines()), error.details
         ) from None
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 @options.trace
 @options.work
 @options.as_json
+@options.traceback
 def command(
     scenario: str,
     schemes: tuple[str, ...],

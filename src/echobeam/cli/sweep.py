@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 @options.trace
 @options.work
 @options.as_json
+@options.traceback
 def command(
     scenario: str,
     varied: tuple[str, ...],
