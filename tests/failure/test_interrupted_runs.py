@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -150,11 +151,22 @@ def test_blocks_of_another_run_are_refused_and_kept(tmp_path, monkeypatch):
 
 
 HERE = engine_here()
+
+
+def changed(name):
+    """Return this environment with another version of one thing."""
+    return re.sub(rf"(^|; ){name} [^;]+", rf"\g<1>{name} other", HERE.environment)
+
+
 OTHERS = {
-    "version": (HERE._replace(version="0.0.1"), f"version 0.0.1; here it is {HERE.version}"),
-    "environment": (
-        HERE._replace(environment="python 3.9; numpy 1.26.0"),
-        f"python 3.9; numpy 1.26.0; here it is {HERE.environment}",
+    "version": (HERE._replace(version="0.0.1"), f"version 0.0.1 (here {HERE.version})"),
+    **{
+        name: (HERE._replace(environment=changed(name)), f"{name} other (here ")
+        for name in ("python", "numpy", "scipy", "numba", "clarabel", "processor")
+    },
+    "two": (
+        HERE._replace(environment=changed("scipy").replace("numba ", "numba 0.")),
+        f"scipy other (here {version('scipy')}), numba 0.{version('numba')} (here ",
     ),
     "sources": (HERE._replace(sources="?"), f"other code of version {HERE.version} than here"),
 }
@@ -166,7 +178,7 @@ def test_blocks_of_other_code_are_refused(tmp_path, begun, words):
     with files.held(Job("run", (), (), (), 0, 1, begun), 1, resume=False, force=False):
         pass
     resumed = Job("run", (), (), (), 0, 1)
-    with pytest.raises(StoreError, match=re.escape(f"begun with {words})")):
+    with pytest.raises(StoreError, match=re.escape(f"begun with {words}")):
         files.held(resumed, 1, resume=True, force=False).__enter__()
     (files.directory / "job.json").write_text('{"kind": "run"}')
     with pytest.raises(StoreError, match="begun with other code"):
