@@ -21,7 +21,8 @@ import echobeam as eb
 from echobeam.faults import RunError
 from echobeam.store.block_files import BlockFiles, Job
 from echobeam.store.engine import COMPUTING, engine_here
-from echobeam.store.recorded import Recording, input_digests, record
+from echobeam.store.inputs import input_digests
+from echobeam.store.recorded import Recording, record
 from echobeam.store.writing import StoreError
 
 COMMAND = [sys.executable, "-c", "from echobeam.cli.main import main; main()"]
@@ -129,6 +130,33 @@ def test_a_changed_file_of_a_part_is_another_run(tmp_path, place):
     assert input_digests(scenario, schemes) == before
     part.write_text(part.read_text() + "# changed\n")
     assert input_digests(scenario, schemes) != before
+
+
+MINE = """
+import numpy as np
+
+def mine(prior, view):
+    return np.zeros((*prior.known.shape, view.system.array.n_tx))
+"""
+
+
+def test_a_scheme_that_is_edited_while_it_runs_ends_the_run(tmp_path):
+    """Its blocks would not fit together; with the file as it was the run goes on."""
+    code, out = tmp_path / "mine.py", tmp_path / "r.nc"
+    code.write_text(MINE)
+    changes = {"schemes": (f"{code}:mine",)}
+
+    def edit(now, total):
+        if now > 10 * 10:
+            code.write_text(MINE.replace("zeros", "ones"))
+
+    with pytest.raises(RunError, match=r"mine\.py: is gone, or not the file that the run began"):
+        record(recording(out, **changes), edit)
+    with pytest.raises(StoreError, match="inputs differ"):
+        record(recording(out, resume=True, **changes))
+    code.write_text(MINE)
+    record(recording(out, resume=True, **changes))
+    assert (xr.load_dataset(out)["beam"].isel(slot=1) == 0).all()
 
 
 def test_blocks_of_another_run_are_refused_and_kept(tmp_path, monkeypatch):
