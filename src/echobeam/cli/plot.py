@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import click
+
+from echobeam.faults import InputError
+
+KINDS = (
+    "rate", "tracking", "patterns", "trajectories", "consistency", "forecast", "distribution",
+    "sweep",
+)  # fmt: skip
 
 
 @click.command("plot")
@@ -13,40 +21,92 @@ import click
     "--out",
     type=click.Path(path_type=Path),
     metavar="PATH",
-    help="Stem and suffix of the pictures: .png, .pdf or .svg. Default: the result's name, PNG.",
+    help="Stem and suffix of the files: .png, .pdf or .svg for pictures, .csv or .json for their "
+    "numbers. Default: the result's name, PNG.",
 )
 @click.option(
     "--kind",
     "kinds",
     multiple=True,
-    type=click.Choice(["rate", "tracking", "patterns", "trajectories", "consistency", "forecast"]),
-    help="Which picture; repeatable. Default: all.",
+    type=click.Choice(KINDS),
+    help="Which picture; repeatable. Default: all that the result has.",
 )
-def command(result: Path, out: Path | None, kinds: tuple[str, ...]) -> None:
-    r"""Draw RESULT: rate, tracking error against its bound, beam patterns, trajectories,
-    consistency of the filter, and the errors of its forecasts.
+@click.option(
+    "--scheme",
+    "schemes",
+    multiple=True,
+    metavar="NAME",
+    help="Show this scheme; repeatable. Patterns and trajectories show the first. Default: all.",
+)
+@click.option(
+    "--trial",
+    type=int,
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Trial of the patterns and trajectories, counted from 0 as in the file.",
+)
+@click.option(
+    "--slots",
+    metavar="LIST",
+    help="Slots of the patterns, and the range of the other pictures, such as 2,4,10 or 1-50.",
+)
+@click.option("--x", metavar="KEY", help="Of a sweep: the key along the axis. Default: the first.")
+@click.option(
+    "--quantity",
+    metavar="NAME",
+    help="Of a sweep: the quantity drawn. Default: frame_rate_mean.",
+)
+@click.option("--title", metavar="TEXT", help="Title instead of the scenario's name.")
+def command(
+    result: Path,
+    out: Path | None,
+    kinds: tuple[str, ...],
+    schemes: tuple[str, ...],
+    trial: int,
+    slots: str | None,
+    x: str | None,
+    quantity: str | None,
+    title: str | None,
+) -> None:
+    r"""Draw RESULT: of a run its rate, tracking error against its bound, beam patterns,
+    trajectories, consistency of the filter, errors of its forecasts, and distributions; of a
+    sweep any quantity over a varied key.
 
-    Pictures of the same name are replaced.
+    Files of the same name are replaced.
 
     \b
     echobeam plot paper-multi.nc
-    echobeam plot paper-multi.nc --out figures/multi.pdf
+    echobeam plot paper-multi.nc --kind patterns --scheme pilot --slots 2,10
+    echobeam plot ripple.nc --x coverage.ripple --quantity outage --out outage.pdf
     """
-    import tomllib
-
-    from echobeam.plots import draw_all, picture_paths
-    from echobeam.scenario.checking import checked
-    from echobeam.scenario.model import Scenario
-    from echobeam.simulation.bound import with_bound
-    from echobeam.store.result import open_result
+    from echobeam.plots import Choice, figures
+    from echobeam.plots.saving import file_format, write
+    from echobeam.store.result import open_any
     from echobeam.store.writing import check_writable
 
-    with open_result(result) as dataset:
-        scenario = checked(Scenario, tomllib.loads(dataset.attrs["scenario"]), str(result))
-        bounded = with_bound(dataset, scenario)
-        target = out or result.with_suffix(".png")
-        stem, suffix = target.parent / target.stem, target.suffix or ".png"
-        for path in picture_paths(stem, suffix, kinds or None).values():
+    target = out or result.with_suffix(".png")
+    suffix = file_format(target.suffix or ".png")
+    choice = Choice(schemes, trial, read_slots(slots), x, quantity, title)
+    with open_any(result) as dataset:
+        for kind, data in figures(dataset, kinds, choice).items():
+            path = target.parent / f"{target.stem}-{kind}.{suffix}"
             check_writable(path, force=True)
-        for path in draw_all(bounded, stem, suffix, kinds or None):
-            click.echo(path)
+            click.echo(write(data, path))
+
+
+def read_slots(text: str | None) -> tuple[int, ...]:
+    """Return the slots of a list such as ``2,4,10-12``.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    found: list[int] = []
+    for part in (text or "").split(",") if text is not None else ():
+        match = re.fullmatch(r"\s*(\d{1,7})(?:\s*-\s*(\d{1,7}))?\s*", part)
+        if match is None or int(match[2] or match[1]) < int(match[1]):
+            raise InputError(f"--slots {text}: expected slots such as 2,4,10 or 1-50")
+        found += range(int(match[1]), int(match[2] or match[1]) + 1)
+    return tuple(dict.fromkeys(found))

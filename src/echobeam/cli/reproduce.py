@@ -25,6 +25,14 @@ from echobeam.cli import options
     metavar="DIR",
     help="Directory of pictures, data and claims.",
 )
+@click.option(
+    "--format",
+    "formats",
+    default="png",
+    show_default=True,
+    metavar="LIST",
+    help="Pictures' formats, some of png,pdf,svg; PDF and SVG have no captions inside.",
+)
 @options.work
 def command(
     ids: tuple[str, ...],
@@ -33,6 +41,7 @@ def command(
     trials: int | None,
     seed: int,
     out: Path,
+    formats: str,
     jobs: int,
     dask: str | None,
     resume: bool,
@@ -46,10 +55,11 @@ def command(
     echobeam reproduce t1 t4 --quick
     echobeam reproduce --jobs 2 --out reproduction
 
-    Writes ID.png and ID.csv for every figure, claims.json and claims.md. What was run is kept in
-    DIR/blocks, so that --resume goes on after an interruption.
+    Writes ID.png, ID.csv and ID.json for every figure, claims.json and claims.md. What was run
+    is kept in DIR/blocks, so that --resume goes on after an interruption.
     """
     from echobeam.cli.progress import progress_bar
+    from echobeam.plots.saving import picture_formats
     from echobeam.reproduction.catalogue import FIGURES
     from echobeam.reproduction.report import written
     from echobeam.reproduction.run import QUICK_TRIALS, TRIALS, Reproduction, reproduce
@@ -64,7 +74,8 @@ def command(
     if trials is None:
         trials = QUICK_TRIALS if quick else TRIALS
     check_count(trials, seed)
-    task = Reproduction(ids, out, trials, seed, Workers(jobs, dask), resume, force)
+    suffixes = picture_formats(formats.split(","))
+    task = Reproduction(ids, out, trials, seed, suffixes, Workers(jobs, dask), resume, force)
     with progress_bar("reproduce", quiet=quiet) as progress:
         findings = reproduce(task, progress)
     if quiet:

@@ -1,80 +1,75 @@
-"""Pictures of a result: one file per picture, one style for all.
+"""Pictures of a result: every kind is a function from a result to a record of all numbers in it.
 
-Each picture is a function from a result (the `xarray.Dataset` of a run) to a matplotlib
-`Figure`; `save` writes it. Nothing here touches pyplot or its global state.
+Read `record` first: a `FigureData` holds panels of labelled series. `drawing` makes a picture of
+any of them, `saving` a file. A new kind is a function in a file of its own and a line in `KINDS`.
+Nothing here touches pyplot or its global state.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from echobeam.plots import consistency, forecast, patterns, rate, tracking, trajectories
-from echobeam.plots.saving import picture_format, save
-from echobeam.plots.setting import PlotError
+from echobeam.plots.consistency import consistency
+from echobeam.plots.distribution import distribution
+from echobeam.plots.forecast import forecast
+from echobeam.plots.patterns import patterns
+from echobeam.plots.rate import rate
+from echobeam.plots.record import FigureData
+from echobeam.plots.source import Choice, PlotError, Source
+from echobeam.plots.sweep import sweep
+from echobeam.plots.tracking import tracking
+from echobeam.plots.trajectories import trajectories
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
-__all__ = ["KINDS", "PlotError", "draw_all", "picture_paths", "save"]
+__all__ = ["KINDS", "SWEEP", "Choice", "FigureData", "PlotError", "Source", "figures"]
 
-KINDS: dict[str, Callable[[xr.Dataset], Figure]] = {
-    "rate": rate.draw,
-    "tracking": tracking.draw,
-    "patterns": patterns.draw,
-    "trajectories": trajectories.draw,
-    "consistency": consistency.draw,
-    "forecast": forecast.draw,
+KINDS: dict[str, Callable[[Source], FigureData]] = {
+    "rate": rate,
+    "tracking": tracking,
+    "patterns": patterns,
+    "trajectories": trajectories,
+    "consistency": consistency,
+    "forecast": forecast,
+    "distribution": distribution,
 }
-"""Every kind of picture and the function that draws it."""
+"""Every kind of picture of a run, and the function that makes its record."""
+
+SWEEP = "sweep"
+"""The kind of picture that a sweep has."""
 
 
-def picture_paths(
-    out_stem: str | os.PathLike[str], suffix: str = ".png", kinds: Iterable[str] | None = None
-) -> dict[str, Path]:
-    """Return where `draw_all` writes each kind of picture: ``<stem>-<kind>.<suffix>``.
-
-    Raises
-    ------
-    PlotError
-        If a kind or the suffix is not known.
-    """
-    chosen = list(KINDS if kinds is None else kinds)
-    unknown = [kind for kind in chosen if kind not in KINDS]
-    if unknown:
-        raise PlotError(f"no such picture: {', '.join(unknown)}; there are {', '.join(KINDS)}")
-    stem, ending = Path(out_stem), picture_format(suffix)
-    return {kind: stem.with_name(f"{stem.name}-{kind}.{ending}") for kind in chosen}
-
-
-def draw_all(
-    result: xr.Dataset,
-    out_stem: str | os.PathLike[str],
-    suffix: str = ".png",
-    kinds: Iterable[str] | None = None,
-) -> list[Path]:
-    """Draw a result in every way and return the pictures' paths.
+def figures(
+    result: xr.Dataset, kinds: Sequence[str] = (), choice: Choice | None = None
+) -> dict[str, FigureData]:
+    """Return the figures of a run's or a sweep's result, by kind.
 
     Parameters
     ----------
     result
-        A result of a run.
-    out_stem
-        Path whose name the pictures' names begin with: ``out/run`` gives ``out/run-rate.png``, ...
-    suffix
-        ``.png``, ``.pdf`` or ``.svg``.
+        A result of a run, or of a sweep.
     kinds
-        Keys of `KINDS`; all of them by default.
+        Keys of `KINDS`, or ``sweep``; all that there are by default.
+    choice
+        What is shown.
 
     Raises
     ------
     PlotError
-        If the result lacks what a picture needs, or a kind or the suffix is not known.
-    OSError
-        If a picture cannot be written.
+        If a kind is unknown, or the result lacks what it needs.
     """
-    paths = picture_paths(out_stem, suffix, kinds)
-    return [save(KINDS[kind](result), path) for kind, path in paths.items()]
+    chosen = Choice() if choice is None else choice
+    of_sweep = "vary" in result.attrs
+    known = [SWEEP] if of_sweep else list(KINDS)
+    unknown = [kind for kind in kinds if kind not in known]
+    if unknown:
+        what = "a sweep" if of_sweep else "a run"
+        raise PlotError(
+            f"no such picture of {what}: {', '.join(unknown)}; there are {', '.join(known)}"
+        )
+    if of_sweep:
+        return {SWEEP: sweep(result, chosen).retitled(chosen.title)}
+    source = Source(result, chosen)
+    return {kind: KINDS[kind](source) for kind in kinds or known}

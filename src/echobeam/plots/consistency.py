@@ -2,305 +2,195 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable
 
 import numpy as np
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from echobeam.estimation.consistency import chi_square_band, share_band
-from echobeam.plots import style
-from echobeam.plots.setting import check_variables, read_scenario, read_setting
-from echobeam.plots.slot_axis import label_slots, limit_slots, shade_phases
+from echobeam.plots.looks import AREA, BAND, DOTTED, Look
+from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series, grid, interval_series
+from echobeam.plots.source import Source, empty_figure
 from echobeam.schemes.configure import system_for
-from echobeam.simulation.statistics import NEEDED, Statistics, of_scheme
-from echobeam.simulation.summary import GENIE, over_bound, ratio_of_means, result_statistics
+from echobeam.simulation.statistics import NEEDED, quotient
+from echobeam.simulation.summary import GENIE, pooled_bound, ratio_of_means
+from echobeam.values import Array
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from echobeam.scenario.model import Scenario
-    from echobeam.values import Array
-
-MOST_SLOTS = 60
-"""Longer runs are shown frame by frame: a curve through hundreds of slots is but a smear."""
-
-_BOUNDED = ("angle", "distance")
-_BAND = "0.78"
-_MOST_NAMED = 2
-_TITLE = 40  # characters that a panel is wide
-_OWN_PROMISE: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (1.0, 1.0)), "zorder": 1.4}
+_EXPECTED = Look("0.25", "", "-")
+_EXPECTED_NAME = "consistent filter, bound, genie"
 _NARROW = 4.0
 _LEAST_SHARE = 98.0
 
 
-class Curves(NamedTuple):
-    """Values of one panel for every scheme, at slots or frames.
-
-    ``values`` is ``(scheme, n)``, NaN where there is none; ``expected`` is what an honest
-    filter gives, one number or ``(scheme,)`` where schemes differ; ``band`` ``(n, 2)`` is where
-    95 % of honest means lie, or None; ``intervals`` ``(scheme, n, 2)`` those of the values
-    themselves, or None.
-    """
-
-    values: Array
-    expected: float | Array
-    band: Array | None = None
-    intervals: Array | None = None
-
-
-class Panel(NamedTuple):
-    """A panel: its label, what it shows, and what it says if there is nothing."""
-
-    label: str
-    curves: Curves
-    empty: str
-
-
-@style.styled()
-def draw(result: xr.Dataset) -> Figure:
-    """Draw what the filters promise and keep, slot by slot, every scheme in its colour.
+def consistency(source: Source) -> FigureData:
+    """Return the errors of the filters beside those that they state, every scheme in its colour.
 
     - NEES and NIS (per measured component) with the 95 % band of a mean of independent chi-square
       variables, over trials and objects. Where schemes have different numbers of them the band
       is that of the fewest. Known objects are not measured in omnidirectional slots: NIS has a
       gap there, and NEES is that of the prediction.
     - The share of true angles inside the interval of (38f) that the beams were designed to
-      cover, with the 95 % band of a binomial share, and what a Gaussian promises for its width.
-      Where schemes have widths of their own the promise is in their colours, without a band.
-    - RMSE of angle and distance over the posterior Cramer-Rao bound, see `over_bound`.
+      cover, with the 95 % band of a binomial share, and a Gaussian's share for its width.
+      Where schemes have widths of their own these shares are in their colours, without a band.
+    - RMSE of angle and distance over the posterior Cramer-Rao bound, see `bound_of`.
     - Mean sum rate over the genie's, with the 95 % interval over paired trials.
 
-    A run of more than `MOST_SLOTS` slots is shown frame by frame. Estimates of one frame hang
-    together, so the bands of NEES and of the share stay those of one slot; innovations do not.
-
-    Parameters
-    ----------
-    result
-        A result of a run; what it cannot show is said in the panel.
-
-    Raises
-    ------
-    PlotError
-        If the result lacks variables of a run.
+    What a result does not have (a bound of a trace, a genie) is named below the title. A long run
+    is shown frame by frame. Estimates of one frame hang together, so the bands of NEES and of the
+    share stay those of one slot; innovations do not.
     """
-    check_variables(result, *NEEDED)
-    setting, scenario = read_setting(result), read_scenario(result)
-    figure = style.new_figure(style.PAGE, 4.8)
-    figure.suptitle(setting.title())
-    axes = list(figure.subplots(2, 3, sharex=True).flat)
-    handles: list[Artist] = []
-    long = result.sizes["slot"] > MOST_SLOTS
-    if scenario is None or result.sizes["object"] == 0:
-        why = "the result does not say its scenario" if scenario is None else "no objects to track"
-        style.add_note(axes[1], why)
-    else:
-        handles = _draw_panels(axes, result, scenario, by_frame=long)
-    if not long:
-        shades = [shade_phases(one, result) for one in axes]
-        handles += shades[0]
-    for one in axes[-3:]:
-        label_slots(one, setting.slot)
-    limit_slots(axes[0], result, ticks=6 if long else 10)
-    style.add_legend(figure, handles)
-    return figure
+    source.check(*NEEDED)
+    if not source.result.sizes["object"]:
+        return empty_figure(source, "consistency", "no objects to track")
+    panels = [_nees(source), _nis(source), _cover(source)]
+    panels += [_over_bound(source, component) for component in ("angle", "distance")]
+    panels.append(_over_genie(source))
+    shown = tuple(panel for panel in panels if not all(one.empty for one in panel.series))
+    without = [
+        f"{panel.y.name}: {panel.empty}" for panel in panels if panel.y.name not in
+        {one.y.name for one in shown}
+    ]  # fmt: skip
+    columns = 3 if len(shown) > 4 or len(shown) == 3 else 2
+    layout = grid(max(len(shown), 1), min(columns, max(len(shown), 1)))
+    return FigureData(
+        "consistency", source.title, shown or (panels[0],), source.setting(),
+        caption=("not shown: " + "; ".join(without)) if without else "",
+        layout=layout, size=(7.16, 0.7 + 1.9 * len(layout)), share="x",
+        key=(("95 % band of a consistent filter", Look(BAND, AREA)),),
+    )  # fmt: skip
 
 
-def _draw_panels(
-    axes: Sequence[Axes], result: xr.Dataset, scenario: Scenario, *, by_frame: bool
-) -> list[Artist]:
-    """Draw all panels and return the legend's entries."""
-    names = [str(name) for name in result["scheme"].values]
-    looks = style.scheme_looks(names)
-    whole, slots = result_statistics(result, scenario), result["slot"].values.astype(float)
-    pooled = scenario.frame.slots_per_frame if by_frame else 1
-    parts = [_pooled(of_scheme(whole, index), pooled, scenario) for index in range(len(names))]
-    centres = slots.reshape(-1, pooled).mean(axis=1)
-    drawn: dict[str, Line2D] = {}
-    for one, panel in zip(axes, panels(parts, names, scenario, pooled), strict=True):
-        drawn |= _draw_panel(one, panel, centres, looks, names)
-    return [*(drawn[name] for name in names if name in drawn), *_legend(parts, pooled)]
-
-
-def _pooled(part: Statistics, pooled: int, scenario: Scenario) -> Statistics:
-    """Return sums over each frame instead of each slot, and the errors over their bound."""
-
-    def over_frames(values: Array) -> Array:
-        return values.reshape(*values.shape[:-1], -1, pooled)
-
-    sums = ("nees", "nees_count", "nis", "nis_degrees", "inside", "covered", "sum_rate")
-    found = {name: over_frames(part[name]).sum(axis=-1) for name in sums}
-    for component in _BOUNDED:
-        squares = over_frames(over_bound(part, component, scenario) ** 2)
-        there = np.isfinite(squares)
-        mean = _ratio(np.where(there, squares, 0.0).sum(axis=-1), there.sum(axis=-1))
-        found[component] = np.sqrt(mean)
-    return found
-
-
-def panels(
-    parts: Sequence[Statistics], names: Sequence[str], scenario: Scenario, pooled: int = 1
-) -> list[Panel]:
-    """Return what is drawn, from every scheme's sums over ``pooled`` slots each."""
-    widths = np.array([system_for(scenario, name).coverage.width for name in names])
-    trace = scenario.trace is not None
-    unbound = "the objects of\na trace come and go" if trace else "\nnothing is predicted"
-    bounds = [np.stack([part[component] for part in parts]) for component in _BOUNDED]
-    return [
-        Panel("NEES", nees_curves(parts, pooled), "no estimate in doubt"),
-        Panel("NIS per component", nis_curves(parts), "no prediction was measured"),
-        Panel(*cover_curves(parts, widths, pooled), "nothing covered"),
-        Panel("Angle RMSE / bound", Curves(bounds[0], 1.0), f"no bound: {unbound}"),
-        Panel("Distance RMSE / bound", Curves(bounds[1], 1.0), f"no bound: {unbound}"),
-        Panel("Sum rate / genie's", genie_curves(parts, names), "no genie among\nthe schemes"),
+def _panel(
+    source: Source,
+    name: str,
+    values: dict[str, Array],
+    expected: float,
+    band: Array | None = None,
+    unit: str = "",
+    empty: str = "",
+) -> Panel:
+    """Return a panel: the curves of the schemes, the expected value and its band."""
+    curves = [
+        Series(scheme, source.x, value, look=source.looks[scheme])
+        for scheme, value in values.items()
+        if np.isfinite(value).any()
     ]
+    found = [one for one in curves if not one.empty]
+    log = False
+    if found and not unit:
+        low = min(float(np.nanmin(one.y)) for one in found)
+        high = max(float(np.nanmax(one.y)) for one in found)
+        log = low > 0.0 and high > _NARROW * low
+    bands = [] if band is None or not found else [_band_series(source, band)]
+    guide = Guide("y", expected, look=_EXPECTED, name=_EXPECTED_NAME)
+    return Panel(
+        source.slot_axis(), Axis(name, unit, log=log), (*bands, *curves),
+        guides=(*source.omni_guides(), guide), empty=empty,
+    )  # fmt: skip
 
 
-def nees_curves(parts: Sequence[Statistics], pooled: int = 1) -> Curves:
-    """Return the normalised estimation errors squared; 3 state components."""
-    count = np.stack([part["nees_count"] for part in parts])
-    values = _ratio(np.stack([part["nees"] for part in parts]), count)
-    return Curves(values, 3.0, _band(count / pooled, lambda n: chi_square_band(3, n)))
+def _band_series(source: Source, band: Array) -> Series:
+    """Return the band slot by slot: it changes with the number of samples."""
+    step = float(source.pooled)
+    edges = np.repeat(source.x, 2) + np.tile([-0.5 * step, 0.5 * step], source.x.size)
+    ends = np.repeat(band, 2, axis=0)
+    look = Look(BAND)
+    return Series("95 % band", edges, ends.mean(axis=1), ends, look, kind="band", legend=False)
 
 
-def nis_curves(parts: Sequence[Statistics]) -> Curves:
-    """Return the normalised innovations squared per measured component."""
-    degrees = np.stack([part["nis_degrees"] for part in parts])
-    values = _ratio(np.stack([part["nis"] for part in parts]), degrees)
-    return Curves(values, 1.0, _band(degrees, lambda n: chi_square_band(1, n)))
+def _sums(source: Source, name: str) -> dict[str, Array]:
+    return {scheme: source.pool(source.parts[scheme][name]) for scheme in source.names}
 
 
-def cover_curves(parts: Sequence[Statistics], widths: Array, pooled: int = 1) -> tuple[str, Curves]:
-    """Return the panel's label and the shares of true angles inside the covered interval, per cent.
-
-    Parameters
-    ----------
-    parts
-        Every scheme's sums.
-    widths
-        ``(scheme,)``: half-widths of their covers in standard deviations.
-    pooled
-        Slots behind each sum.
-    """
-    from scipy.special import erf
-
-    covered = np.stack([part["covered"] for part in parts])
-    values = 100.0 * _ratio(np.stack([part["inside"] for part in parts]), covered)
-    promised = erf(widths / np.sqrt(2.0))
-    differ = np.unique(widths[(covered > 0).any(axis=-1)])
-    if differ.size > 1:
-        return "Inside the cover (%)", Curves(values, 100.0 * promised)
-    width = differ[0] if differ.size else widths[0]
-    share = float(erf(width / np.sqrt(2.0)))
-    band = _band(covered / pooled, lambda n: share_band(share, max(1, round(n))))
-    return f"Inside ±{width:g}σ (%)", Curves(values, 100.0 * share, 100.0 * band)
+def _ratios(source: Source, total: str, count: str) -> tuple[dict[str, Array], Array]:
+    """Return every scheme's quotient of two sums, and the fewest that were counted."""
+    totals, counts = _sums(source, total), _sums(source, count)
+    values = {name: quotient(totals[name], counts[name]) for name in source.names}
+    stacked = np.stack(list(counts.values()))
+    return values, np.min(np.where(stacked > 0, stacked, np.inf), axis=0)
 
 
-def genie_curves(parts: Sequence[Statistics], names: Sequence[str]) -> Curves:
-    """Return the other schemes' mean sum rates over the genie's, over paired trials."""
-    shape = (len(names), parts[0]["sum_rate"].shape[1])
-    values, intervals = np.full(shape, np.nan), np.full((*shape, 2), np.nan)
-    if GENIE in names:
-        best = parts[names.index(GENIE)]["sum_rate"]
-        others = [i for i, name in enumerate(names) if name != GENIE]
-        for slot in np.flatnonzero(best.mean(axis=0) > 0):
-            for i in others:
-                found = ratio_of_means(parts[i]["sum_rate"][:, slot], best[:, slot])
-                values[i, slot], intervals[i, slot] = found
-    return Curves(values, 1.0, intervals=intervals)
-
-
-def _ratio(total: Array, count: Array) -> Array:
-    """Return total over count, NaN where there is nothing to count."""
-    return np.where(count > 0, total, np.nan) / np.where(count > 0, count, 1.0)
-
-
-def _band(count: Array, band: Callable[[float], tuple[float, float]]) -> Array:
-    """Return the band ``(slot, 2)`` for the fewest samples that a scheme has in the slot."""
-    fewest = np.min(np.where(count > 0, count, np.inf), axis=0)
+def _band(fewest: Array, band: Callable[[float], tuple[float, float]]) -> Array:
+    """Return the band ``(n, 2)`` for so many samples at each place."""
     known = {samples: band(samples) for samples in np.unique(fewest[np.isfinite(fewest)])}
     return np.array([known.get(samples, (np.nan, np.nan)) for samples in fewest])
 
 
-def _draw_panel(
-    axes: Axes, panel: Panel, slots: Array, looks: dict[str, style.Look], names: Sequence[str]
-) -> dict[str, Line2D]:
-    """Draw one panel and return its lines by scheme."""
-    curves = panel.curves
-    axes.set_title(panel.label)
-    seen = [i for i in range(len(names)) if np.isfinite(curves.values[i]).any()]
-    if not seen:
-        style.add_note(axes, panel.empty)
-        return {}
-    if curves.band is not None:
-        _draw_band(axes, slots, curves.band)
-    if isinstance(curves.expected, float):
-        axes.axhline(curves.expected, color="0.25", linewidth=0.8, zorder=1.4)
-    else:
-        for i in seen:
-            axes.axhline(curves.expected[i], color=looks[names[i]].colour, **_OWN_PROMISE)
-    lines = {}
-    for i in seen:
-        look = looks[names[i]]
-        if curves.intervals is not None:
-            low, high = curves.intervals[i].T
-            axes.fill_between(
-                slots, low, high, color=look.colour, alpha=0.22, linewidth=0, zorder=1.5
-            )
-        lines[names[i]] = style.draw_line(axes, slots, curves.values[i], look, names[i])
-    _scale(axes, panel)
-    _name_absent(axes, panel, [name for i, name in enumerate(names) if i not in seen])
-    return lines
+def _nees(source: Source) -> Panel:
+    """Return the normalised estimation errors squared; 3 state components."""
+    values, fewest = _ratios(source, "nees", "nees_count")
+    band = _band(fewest / source.pooled, lambda n: chi_square_band(3, n))
+    return _panel(source, "NEES", values, 3.0, band, empty="no estimate has a covariance")
 
 
-def _scale(axes: Axes, panel: Panel) -> None:
-    """Let small and large ratios be seen, and shares beside what was promised."""
-    values = panel.curves.values[np.isfinite(panel.curves.values)]
-    if panel.label.startswith("Inside"):
-        seen = np.isfinite(panel.curves.values).any(axis=-1)
-        promised = np.broadcast_to(panel.curves.expected, seen.shape)[seen]
-        low = min(float(values.min()), float(promised.min()), _LEAST_SHARE)
-        axes.set_ylim(low - 0.06 * (100.0 - low), 100.0 + 0.06 * (100.0 - low))
-    elif panel.label.startswith("Sum"):
-        axes.set_ylim(-0.04, max(1.06, 1.06 * float(values.max())))
-    elif values.min() > 0.0 and values.max() > _NARROW * values.min():
-        style.scale_log(axes)
+def _nis(source: Source) -> Panel:
+    """Return the normalised innovations squared per measured component."""
+    values, fewest = _ratios(source, "nis", "nis_degrees")
+    band = _band(fewest, lambda n: chi_square_band(1, n))
+    return _panel(
+        source, "NIS per component", values, 1.0, band, empty="no prediction was measured"
+    )
 
 
-def _name_absent(axes: Axes, panel: Panel, absent: list[str]) -> None:
-    """Say in the title for which schemes there is no such thing."""
-    others = [name for name in absent if (name, panel.label[:3]) != (GENIE, "Sum")]
-    if others:
-        said = ", ".join(others) if len(others) <= _MOST_NAMED else f"{len(others)} schemes"
-        axes.set_title(f"{panel.label}\n{style.wrap_name(f'(none for {said})', _TITLE)}")
+def _cover(source: Source) -> Panel:
+    """Return the shares of true angles inside the covered interval, per cent."""
+    from scipy.special import erf
+
+    values, fewest = _ratios(source, "inside", "covered")
+    widths = {name: system_for(source.scenario, name).coverage.width for name in source.names}
+    shown = {name: width for name, width in widths.items() if np.isfinite(values[name]).any()}
+    differ = sorted(set(shown.values()) or {source.scenario.coverage.width})
+    shares = {width: float(erf(width / np.sqrt(2.0))) for width in differ}
+    first = shares[differ[0]]
+    band = _band(fewest / source.pooled, lambda n: share_band(first, max(1, round(n))))
+    name = f"Inside ±{differ[0]:g}σ" if len(differ) == 1 else "Inside the cover"
+    panel = _panel(
+        source, name, {one: 100.0 * value for one, value in values.items()}, 100.0 * first,
+        100.0 * band if len(differ) == 1 else None, "%", "no beam has a cover",
+    )  # fmt: skip
+    lowest = [100.0 * min(shares.values()), _LEAST_SHARE]
+    lowest += [float(np.nanmin(one.y)) for one in panel.series if not one.empty]
+    room = 0.06 * (100.0 - min(lowest))
+    own = tuple(
+        Guide("y", 100.0 * shares[width], look=source.looks[one].plain(DOTTED))
+        for one, width in shown.items()
+        if len(differ) > 1
+    )
+    guides = panel.guides if len(differ) == 1 else (*panel.guides[:-1], *own)
+    axis = Axis(name, "%", limits=(min(lowest) - room, 100.0 + room))
+    return Panel(panel.x, axis, panel.series, guides=guides, empty=panel.empty)
 
 
-def _draw_band(axes: Axes, slots: Array, band: Array) -> None:
-    """Fill the band slot by slot: it changes with the number of samples."""
-    step = float(slots[1] - slots[0]) if len(slots) > 1 else 1.0
-    edges = np.repeat(slots, 2) + np.tile([-0.5 * step, 0.5 * step], len(slots))
-    low, high = np.repeat(band, 2, axis=0).T
-    axes.fill_between(edges, low, high, color=_BAND, linewidth=0, zorder=1.2)
+def _over_bound(source: Source, component: str) -> Panel:
+    """Return RMSE over the posterior Cramer-Rao bound, of the objects that have one."""
+    values = {}
+    for name in source.names:
+        part = source.parts[name]
+        least, _ = pooled_bound(part, component, source.scenario)
+        squares = np.where(least > 0, part[f"squares_{component}"].sum(axis=-1), 0.0)
+        values[name] = np.sqrt(quotient(source.pool(squares), source.pool(least)))
+    why = "the objects of a trace come and go" if source.scenario.trace else "nothing is predicted"
+    return _panel(source, f"{component.capitalize()} RMSE / bound", values, 1.0, empty=why)
 
 
-def _legend(parts: Sequence[Statistics], pooled: int) -> list[Artist]:
-    """Return what the band and the line mean, with the degrees of freedom."""
-    nees = 3 * np.concatenate([part["nees_count"] for part in parts]) / pooled
-    nis = np.concatenate([part["nis_degrees"] for part in parts])
-    degrees = f"NEES {_range(nees)}, NIS {_range(nis)} degrees of freedom"
-    return [
-        Patch(facecolor=_BAND, label=f"95 % band (χ²: {degrees})"),
-        Line2D([], [], color="0.25", linewidth=0.8, label="honest filter, bound, genie"),
-    ]
-
-
-def _range(counts: Array) -> str:
-    some = counts[counts > 0]
-    if not some.size:
-        return "no"
-    low, high = round(some.min()), round(some.max())
-    return f"{low}" if low == high else f"{low} to {high}"
+def _over_genie(source: Source) -> Panel:
+    """Return the other schemes' mean sum rates over the genie's, over paired trials."""
+    others = [name for name in source.names if name != GENIE]
+    guides = (*source.omni_guides(), Guide("y", 1.0, look=_EXPECTED, name=_EXPECTED_NAME))
+    series = []
+    if GENIE in source.names:
+        best = source.pool(source.parts[GENIE]["sum_rate"])
+        for name in others:
+            rates = source.pool(source.parts[name]["sum_rate"])
+            found = [
+                ratio_of_means(rates[:, i], best[:, i])
+                if best[:, i].mean() > 0
+                else (np.nan, (np.nan, np.nan))
+                for i in range(best.shape[1])
+            ]
+            value, ends = (np.array(one) for one in zip(*found, strict=True))
+            series.append(interval_series(name, source.x, (value, ends), source.looks[name]))
+    high = max((float(np.nanmax(one.y)) for one in series if not one.empty), default=1.0)
+    axis = Axis("Sum rate / genie's", limits=(-0.04, max(1.06, 1.06 * high)))
+    return Panel(
+        source.slot_axis(), axis, tuple(series), guides=guides, empty="no genie among the schemes"
+    )

@@ -3,40 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import NamedTuple
 
 import numpy as np
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import MultipleLocator
+import numpy.typing as npt
 
-from echobeam.plots import style
-from echobeam.plots.beams import (
-    BeamRun,
-    beam_gain,
-    believed_angles,
-    has_beam,
-    read_beams,
-)
-from echobeam.plots.setting import (
-    PlotError,
-    Setting,
-    check_trial,
-    check_variables,
-    choose_scheme,
-    read_setting,
-)
+from echobeam.physics.array import LinearArray
+from echobeam.plots.looks import AREA, MAX_OBJECTS, SHORT, Look, object_look
+from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series, grid
+from echobeam.plots.source import Source
+from echobeam.schemes.configure import system_for
 from echobeam.simulation.statistics import cover_centre
-from echobeam.values import Mode
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from echobeam.values import Array
+from echobeam.values import Array, BoolArray, ComplexArray, Mode, ModeArray
 
 DEFAULT_SLOTS = (1, 2, 4, 6, 10)
 """The slots of a frame that are shown: omni, the first directional one, and how it goes on."""
@@ -44,87 +22,126 @@ DEFAULT_SLOTS = (1, 2, 4, 6, 10)
 _GRID = np.linspace(0.0, np.pi, 1801)
 _RANGE_DB = 45.0
 _COLUMNS = 3
-_ANGLE_LABEL = "Angle θ (deg)"
-_OMNI: dict[str, Any] = {"color": "black", "linewidth": 1.3, "linestyle": "-", "zorder": 3}
-_LEVEL: dict[str, Any] = _OMNI | {"color": "0.35", "linewidth": 0.8, "zorder": 2}
-_TRUE: dict[str, Any] = {"linewidth": 0.8, "linestyle": "-"}
-_PREDICTED: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (2.0, 1.5))}
 
 
-@style.styled()
-def draw(
-    result: xr.Dataset,
-    scheme: str | None = None,
-    trial: int = 0,
-    slots: Sequence[int] | None = None,
-) -> Figure:
-    """Draw the beam patterns of one trial in chosen slots, one curve per object.
+class BeamRun(NamedTuple):
+    """Beams and angles of one trial of one scheme.
+
+    ``slot`` and ``mode`` are ``(slot,)``; ``present``, the angles ``truth``, ``predicted``,
+    ``estimated`` and ``centre`` (of the cover) in rad and the half-width ``covered`` (rad) are
+    ``(slot, object)``; ``beams`` is ``(slot, object, antenna)``, sqrt(power).
+    """
+
+    slot: npt.NDArray[np.int64]
+    mode: ModeArray
+    present: BoolArray
+    truth: Array
+    predicted: Array
+    centre: Array
+    covered: Array
+    beams: ComplexArray
+
+
+def patterns(source: Source) -> FigureData:
+    """Return the beam patterns of one trial in chosen slots, one curve per object.
 
     Vertical lines are the true (solid) and predicted (dashed) angles; the shaded band is what
     the beam was designed to cover, Eq. (38f). A vertical array cannot tell theta from
     180 deg - theta, so every lobe has its mirror.
+    """
+    run = _read(source)
+    chosen = _choose_slots(source, run)
+    seen = (run.present[chosen] | has_beam(run)[chosen]).any(axis=0)
+    objects = [int(k) for k in np.flatnonzero(seen)]
+    shown = objects[:MAX_OBJECTS]
+    scenario = source.scenario
+    array = LinearArray(scenario.array.n_tx, scenario.array.spacing, scenario.array.axis)
+    power = scenario.radio.power
+    top = 10.0 * math.log10(max(power * array.n, 1e-300)) + 3.0
+    axis = Axis("Angle θ", "deg", limits=(0.0, 180.0), ticks=tuple(range(0, 181, 30)))
+    gain = Axis(r"$|\mathbf{a}^H(\theta)\,\mathbf{w}_k|^2$", "dB", limits=(top - _RANGE_DB, top))
+    panels = []
+    for index in chosen:
+        mode = Mode(int(run.mode[index]))
+        directional = mode == Mode.DIRECTIONAL
+        label = f"slot {run.slot[index]}" + ("" if directional else f" ({mode.name.lower()})")
+        series = [] if directional else [_level(power)]
+        series += [_pattern(run, index, k, array) for k in shown if has_beam(run)[index, k]]
+        guides = tuple(guide for k in shown for guide in _angles(run, index, k))
+        panels.append(Panel(axis, gain, tuple(series), label, guides, empty="no beams"))
+    key = [(f"beam for object {k + 1}", object_look(k).plain()) for k in shown]
+    key += [("true angle", Look("0.3")), ("predicted angle", Look("0.3", "", SHORT))]
+    width = system_for(scenario, source.one_scheme()).coverage.width
+    if np.isfinite(run.covered[chosen]).any():
+        key.append((rf"covered, ±{width:g}$\sigma_\theta$", Look("0.75", AREA)))
+    hidden = len(objects) - len(shown)
+    layout = grid(len(chosen), min(_COLUMNS, len(chosen)))
+    return FigureData(
+        "patterns", source.title, tuple(panels), source.setting(source.one_scheme(),
+                                                                one_trial=True),
+        caption=f"{hidden} more objects are not drawn" if hidden > 0 else "",
+        layout=layout, size=(7.16, 0.6 + 1.55 * len(layout)), share="xy", key=tuple(key),
+    )  # fmt: skip
+
+
+def beam_gain(beams: ComplexArray, angles: Array, array: LinearArray) -> Array:
+    """Return the power that beams send towards angles, |a(theta)^H w|^2 with a of Eq. (4).
 
     Parameters
     ----------
-    result
-        A result of a run.
-    scheme
-        Name of a scheme; by default ``temporal``, else the first one with directional slots.
-    trial
-        Counted from 0.
-    slots
-        Slots counted from 1; by default `DEFAULT_SLOTS` of the frame with the most beams.
+    beams
+        ``(..., N)``, sqrt(power).
+    angles
+        ``(G,)`` rad.
+    array
+        The transmit array.
 
-    Raises
-    ------
-    PlotError
-        If the result holds no beams, or not this scheme, trial or slot.
+    Returns
+    -------
+    Array
+        ``(..., G)``, power.
     """
-    check_variables(result, "truth", "present", "predicted", "estimated", "covered", "beam", "mode")
-    check_trial(result, trial)
-    name = choose_scheme(result, scheme)
-    run, setting = read_beams(result, name, trial), read_setting(result, name)
-    chosen = choose_slots(run, slots)
-    objects = _choose_objects(run, chosen)
-    columns = min(_COLUMNS, len(chosen))
-    rows = math.ceil(len(chosen) / columns)
-    figure = style.new_figure(style.PAGE, 0.75 + 1.5 * rows)
-    figure.suptitle(setting.title(name, trial))
-    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    for axes, index in zip(panels.flat, chosen, strict=False):
-        _draw_panel(axes, run, index, objects, setting)
-    _label_panels(list(panels.flat), columns, len(chosen), setting)
-    handles = _legend(run, chosen, objects, setting)
-    spare = panels.flat[len(chosen) :]
-    for axes in spare:
-        axes.set_axis_off()
-    if len(spare):
-        spare[0].legend(handles=handles, loc="center")
-        figure.supxlabel(_ANGLE_LABEL, fontsize="medium")
-    else:
-        for axes in panels[-1]:
-            axes.set_xlabel(_ANGLE_LABEL)
-        style.add_legend(figure, handles)
-    return figure
+    a = array.steering(angles)
+    return np.asarray(np.abs(np.einsum("gn,...n->...g", a.conj(), beams)) ** 2)
 
 
-def choose_slots(run: BeamRun, wanted: Sequence[int] | None) -> list[int]:
-    """Return the indices of the slots to show.
+def decibels(power: Array | float, least: float = 1e-300) -> Array:
+    """Return a power in dB, not below ``least``."""
+    return np.asarray(10.0 * np.log10(np.maximum(power, least)))
 
-    Raises
-    ------
-    PlotError
-        If a wanted slot is not in the run.
-    """
-    numbers = [int(slot) for slot in run.slot]
-    if wanted is not None:
-        unknown = [str(slot) for slot in wanted if slot not in numbers]
-        if unknown or not wanted:
-            raise PlotError(
-                f"the result holds no slot {', '.join(unknown) or '(none given)'}; "
-                f"it holds {numbers[0]} to {numbers[-1]}"
-            )
-        return [numbers.index(slot) for slot in wanted]
+
+def has_beam(run: BeamRun) -> BoolArray:
+    """Return ``(slot, object)``: whether a beam was sent for the object."""
+    # NaN > 0 is false: no beams in omnidirectional and pilot slots.
+    return np.asarray((np.abs(run.beams) > 0.0).any(axis=-1))
+
+
+def _read(source: Source) -> BeamRun:
+    one = source.one_trial(
+        "truth", "present", "predicted", "estimated", "covered", "beam", "mode"
+    ).transpose("slot", "object", "antenna", "part", ...)
+    predicted, estimated = (one[name].sel(state="angle").values for name in
+                            ("predicted", "estimated"))  # fmt: skip
+    centre = system_for(source.scenario, source.one_scheme()).coverage.centre
+    beam = one["beam"]
+    return BeamRun(
+        slot=one["slot"].values,
+        mode=one["mode"].values,
+        present=one["present"].values.astype(bool),
+        truth=one["truth"].sel(state="angle").values,
+        # the prediction, or the last estimate of a scheme that makes none (pilot)
+        predicted=cover_centre(predicted, estimated, "predicted"),
+        centre=cover_centre(predicted, estimated, centre),
+        covered=one["covered"].values,
+        beams=beam.sel(part="re").values + 1j * beam.sel(part="im").values,
+    )
+
+
+def _choose_slots(source: Source, run: BeamRun) -> list[int]:
+    """Return the indices of the slots to show."""
+    if source.choice.slots:
+        numbers = [int(slot) for slot in run.slot]
+        return [numbers.index(slot) for slot in source.choice.slots]
     first, end = _busiest_frame(run)
     return [first + slot - 1 for slot in DEFAULT_SLOTS if first + slot <= end]
 
@@ -142,87 +159,31 @@ def _busiest_frame(run: BeamRun) -> tuple[int, int]:
     return int(bounds[busiest]), int(bounds[busiest + 1])
 
 
-def _choose_objects(run: BeamRun, chosen: Sequence[int]) -> list[int]:
-    """Return the objects to show: those in the scene or beamed at, as many as can be told apart."""
-    seen = run.present[chosen] | has_beam(run)[chosen]
-    return [int(k) for k in np.flatnonzero(seen.any(axis=0))[: style.MAX_OBJECTS]]
+def _level(power: float) -> Series:
+    """Return the pattern of omnidirectional power."""
+    ends = np.array([0.0, 180.0])
+    level = np.full(2, float(decibels(power)))
+    return Series("omnidirectional, $P_T$", ends, level, look=Look("black"), kind="line")
 
 
-def _draw_panel(
-    axes: Axes, run: BeamRun, index: int, objects: Sequence[int], setting: Setting
-) -> None:
-    mode = Mode(int(run.mode[index]))
-    directional = mode == Mode.DIRECTIONAL
-    axes.set_title(f"slot {run.slot[index]}" + ("" if directional else f" ({mode.name.lower()})"))
-    axes.axhline(float(_decibel(setting.power)), **(_LEVEL if directional else _OMNI))
-    believed = believed_angles(run, index)
-    centre = cover_centre(run.predicted, run.estimated, setting.centre)[index]
-    beamed = has_beam(run)[index]
-    for k in objects:
-        colour = style.object_look(k).colour
-        if run.present[index, k] and np.isfinite(run.truth[index, k]):
-            axes.axvline(np.rad2deg(run.truth[index, k]), color=colour, zorder=1.5, **_TRUE)
-        if np.isfinite(believed[k]):
-            axes.axvline(np.rad2deg(believed[k]), color=colour, zorder=1.6, **_PREDICTED)
-        if beamed[k]:
-            _draw_coverage(axes, centre[k], run.covered[index, k], colour)
-        if beamed[k]:
-            gain = beam_gain(run.beams[index, k], _GRID, setting.array)
-            look = style.object_look(k)
-            axes.plot(
-                np.rad2deg(_GRID),
-                _decibel(gain),
-                color=look.colour,
-                linestyle=look.line,
-                linewidth=1.1,
-                zorder=3,
-            )
-    if directional and not beamed.any():
-        style.add_note(axes, "no beams")
+def _pattern(run: BeamRun, index: int, k: int, array: LinearArray) -> Series:
+    gain = decibels(beam_gain(run.beams[index, k], _GRID, array))
+    return Series(
+        f"object {k + 1}", np.degrees(_GRID), gain, look=object_look(k).plain(), kind="line",
+        width=1.1, legend=False,
+    )  # fmt: skip
 
 
-def _draw_coverage(axes: Axes, centre: float, halfwidth: float, colour: str) -> None:
-    if np.isfinite(centre) and np.isfinite(halfwidth):
-        low, high = np.rad2deg(np.clip([centre - halfwidth, centre + halfwidth], 0.0, np.pi))
-        axes.axvspan(low, high, color=colour, alpha=0.15, linewidth=0, zorder=1)
-
-
-def _decibel(power: Array | float) -> Array:
-    return np.asarray(10.0 * np.log10(np.maximum(power, 1e-300)))
-
-
-def _label_panels(panels: list[Axes], columns: int, count: int, setting: Setting) -> None:
-    top = 10.0 * math.log10(max(setting.power * max(setting.n_tx, 1), 1e-300)) + 3.0
-    panels[0].set_ylim(top - _RANGE_DB, top)
-    panels[0].set_xlim(0.0, 180.0)
-    panels[0].xaxis.set_major_locator(MultipleLocator(30.0))
-    panels[0].yaxis.set_major_locator(MultipleLocator(10.0))
-    for i, axes in enumerate(panels[:count]):
-        if i % columns == 0:
-            axes.set_ylabel(r"$|\mathbf{a}^H(\theta)\,\mathbf{w}_k|^2$ (dB)")
-        axes.tick_params(labelbottom=True)
-
-
-def _legend(
-    run: BeamRun, chosen: Sequence[int], objects: Sequence[int], setting: Setting
-) -> list[Artist]:
-    handles: list[Artist] = [
-        Line2D(
-            [], [], color=style.object_look(k).colour, linestyle=style.object_look(k).line,
-            label=f"beam for object {k + 1}",
-        )
-        for k in objects
-    ]  # fmt: skip
-    hidden = int(run.present.any(axis=0).sum()) - len(objects)
-    handles.append(Line2D([], [], label="omnidirectional, $P_T$", **_OMNI))
-    if objects:
-        handles.append(Line2D([], [], color="0.3", label="true angle", **_TRUE))
-        handles.append(Line2D([], [], color="0.3", label="predicted angle", **_PREDICTED))
-        if np.isfinite(run.covered[np.ix_(chosen, objects)]).any():
-            band = rf"covered, ± {setting.width:g}$\sigma_\theta$"
-            handles.append(Patch(facecolor="0.3", alpha=0.25, linewidth=0, label=band))
-    else:
-        handles.append(Line2D([], [], linestyle="", label="no objects in these slots"))
-    if objects and hidden > 0:
-        handles.append(Line2D([], [], linestyle="", label=f"({hidden} more objects not drawn)"))
-    return handles
+def _angles(run: BeamRun, index: int, k: int) -> list[Guide]:
+    """Return the object's true and predicted angle and what its beam covers."""
+    colour, guides = object_look(k).colour, []
+    if run.present[index, k] and np.isfinite(run.truth[index, k]):
+        guides.append(Guide("x", float(np.degrees(run.truth[index, k])), look=Look(colour)))
+    if np.isfinite(run.predicted[index, k]):
+        at = float(np.degrees(run.predicted[index, k]))
+        guides.append(Guide("x", at, look=Look(colour, "", SHORT)))
+    ends = run.centre[index, k] + np.array([-1.0, 1.0]) * run.covered[index, k]
+    if has_beam(run)[index, k] and np.isfinite(ends).all():
+        low, high = np.degrees(np.clip(ends, 0.0, np.pi))
+        guides.append(Guide("x", float(low), float(high), Look(colour), alpha=0.15))
+    return guides

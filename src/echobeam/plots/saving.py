@@ -1,18 +1,20 @@
-"""Pictures as files: whole or not at all, and the same bytes for the same picture."""
+"""Pictures and their numbers as files: whole or not at all, the same bytes for the same figure."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from echobeam.plots import style
-from echobeam.plots.setting import PlotError
+from echobeam.plots.record import FigureData
+from echobeam.plots.source import PlotError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FORMATS = ("png", "pdf", "svg")
+PICTURES = ("png", "pdf", "svg")
+FORMATS = (*PICTURES, "csv", "json")
 
 # No dates inside: the same picture is the same file.
 _METADATA: dict[str, dict[str, Any]] = {
@@ -22,8 +24,8 @@ _METADATA: dict[str, dict[str, Any]] = {
 }
 
 
-def picture_format(suffix: str) -> str:
-    """Return ``"png"``, ``"pdf"`` or ``"svg"`` for a suffix with or without its dot, in any case.
+def file_format(suffix: str) -> str:
+    """Return one of `FORMATS` for a suffix with or without its dot, in any case.
 
     Raises
     ------
@@ -33,34 +35,74 @@ def picture_format(suffix: str) -> str:
     kind = suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         accepted = ", ".join("." + one for one in FORMATS)
-        raise PlotError(f"cannot write a picture as {suffix!r}; accepted: {accepted}")
+        raise PlotError(f"cannot write a figure as {suffix!r}; accepted: {accepted}")
     return kind
+
+
+def picture_formats(suffixes: Sequence[str]) -> tuple[str, ...]:
+    """Return some of `PICTURES` for suffixes; raise `PlotError` if one is none of them."""
+    for suffix in suffixes:
+        if suffix.lower().removeprefix(".") not in PICTURES:
+            raise PlotError(f"cannot draw a picture as {suffix!r}; accepted: {', '.join(PICTURES)}")
+    return tuple(suffix.lower().removeprefix(".") for suffix in suffixes)
+
+
+def write(data: FigureData, path: Path, *, captions: bool = True) -> Path:
+    """Write a figure in the format of its suffix: a picture, or its numbers.
+
+    Parameters
+    ----------
+    data
+        The figure.
+    path
+        Where to; a file of that name is replaced.
+    captions
+        Whether a picture has title, setting and caption written in it.
+
+    Raises
+    ------
+    PlotError
+        If the suffix is not one of `FORMATS`.
+    OSError
+        If the file cannot be written; nothing is left behind.
+    """
+    kind = file_format(path.suffix)
+    if kind in PICTURES:
+        from echobeam.plots.drawing import draw
+
+        return save(draw(data, captions=captions), path)
+    partial = _partial(path)
+    try:
+        partial.write_text(data.csv() if kind == "csv" else data.json(), encoding="utf-8")
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+    return path
 
 
 def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
     """Write a picture in the format of its suffix, under a temporary name that is then renamed.
 
-    Parameters
-    ----------
-    figure
-        The picture.
-    path
-        Where to: ``.png``, ``.pdf`` or ``.svg``; what is there is replaced.
-
     Raises
     ------
     PlotError
-        If the suffix is none of these.
+        If the suffix is none of `PICTURES`.
     OSError
         If the file cannot be written; nothing is left behind.
     """
+    from echobeam.plots.drawing import styled
+
     target = Path(path)
-    kind = picture_format(target.suffix)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    (kind,) = picture_formats([target.suffix])
+    partial = _partial(target)
     try:
-        with style.styled():
+        with styled():
             figure.savefig(partial, format=kind, metadata=_METADATA[kind])
         partial.replace(target)
     finally:
         partial.unlink(missing_ok=True)
     return target
+
+
+def _partial(target: Path) -> Path:
+    return target.with_name(f".{target.name}.{os.getpid()}.tmp")

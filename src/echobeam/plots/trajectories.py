@@ -3,305 +3,235 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.lines import Line2D
-from matplotlib.patches import Ellipse, Patch
-from matplotlib.ticker import MaxNLocator
 
-from echobeam.plots import style
-from echobeam.plots.cones import WAY, Cone, chosen_slots, draw_cone, make_cones
-from echobeam.plots.ground import Scene, read_scene
-from echobeam.plots.setting import (
-    check_trial,
-    check_variables,
-    choose_scheme,
-    read_scenario,
-    read_setting,
+from echobeam.plots.looks import BLACK, DOTTED, Look, object_look
+from echobeam.plots.record import Axis, FigureData, Note, Panel, Series
+from echobeam.plots.scene import (
+    FORECAST,
+    Scene,
+    chosen_slots,
+    cone_series,
+    make_cones,
+    read_scene,
 )
+from echobeam.plots.source import Source
 from echobeam.schemes.configure import system_for
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from echobeam.values import Array, IntArray
+from echobeam.values import Array
 
 _CLOSE_UPS = 4
 _ELLIPSES = 3
 
 # Half-axes of the ellipse that holds 95 % of a Gaussian in the plane: sqrt(-2 ln 0.05) sigmas.
 _ELLIPSE_SIGMAS = float(np.sqrt(-2.0 * np.log(0.05)))
-_FLATTEST = 4.0
-_CROWDED = 0.08
+_FLATTEST = 3.0
+_PREDICTED = Look("0.25", "x", "")
+_ESTIMATED = Look("0.25", "o", "-")
+_ROAD, _HEIGHT = Axis("Position along the road", "m"), Axis("Height", "m")
 
-# m: who moves less has no direction.
-_STILL = 1e-6
 
+def trajectories(source: Source) -> FigureData:
+    """Return the UAV's and the objects' paths in one trial, and how they were tracked.
 
-@style.styled()
-def draw(result: xr.Dataset, scheme: str | None = None, trial: int = 0) -> Figure:
-    """Draw the UAV's and the objects' paths in one trial, with close-ups of the tracking.
-
-    The scene shows true paths to scale where its shape allows it; each close-up shows one object's
-    true path, its predicted and estimated positions, and ellipses that hold 95 % of the estimate's
-    stated distribution. Arrows point in the direction of movement. Below, the positions along the
-    road against the slot, with forecasts from a few slots as cones: the dashed way that is
-    predicted without further measurements, and three standard deviations on either side.
-
-    Parameters
-    ----------
-    result
-        A result of a run.
-    scheme
-        Name of a scheme; by default ``temporal``, else the first one with directional slots.
-    trial
-        Counted from 0.
-
-    Raises
-    ------
-    PlotError
-        If the result holds no tracks, or not this scheme or trial.
+    Of a few objects: the scene to scale; of each object the true path, predicted and estimated
+    positions, and ellipses that hold 95 % of the estimate's stated distribution; and its position
+    along the road with forecasts from a few slots as cones: the dashed way that is predicted
+    without further measurements, and three standard deviations on either side. Objects that come
+    and go are drawn along the road over the time, with the error of their prediction below.
     """
-    check_variables(
-        result, "position", "identity", "uav_position", "predicted", "estimated", "estimated_cov",
-        "mode",
-    )  # fmt: skip
-    check_trial(result, trial)
-    name = choose_scheme(result, scheme)
-    setting = read_setting(result)
-    scene = read_scene(result, name, trial)
-    close = _longest(scene, _CLOSE_UPS)
-    figure = style.new_figure(style.PAGE if close else style.COLUMN, 5.3 if close else 3.5)
-    figure.suptitle(setting.title(name, trial, 100 if close else 50))
-    left, right, ahead = _panels(figure, len(close), flat=_is_flat(scene))
-    _draw_scene(left, scene)
-    for above, below, (k, stay) in zip(right, ahead, close, strict=True):
-        _draw_close_up(above, scene, k, stay)
-        cones = _read_cones(result, name, trial, k, stay)
-        _draw_road(below, result["slot"].values, scene, k, stay, cones)
+    scene = read_scene(source)
+    if source.scenario.trace is not None or len(scene.stays) > _CLOSE_UPS:
+        return _over_time(source, scene)
+    close = scene.stays[:_CLOSE_UPS]
+    panels = [_scene_panel(scene)]
+    panels += [_close_up(scene, k, stay) for k, stay in close]
+    panels += [_road_panel(source, scene, k, stay) for k, stay in close]
+    return _figure(source, panels, len(close))
+
+
+def _figure(source: Source, panels: list[Panel], close: int) -> FigureData:
+    scheme = source.one_scheme()
+    layout: tuple[tuple[int, ...], ...] = ((0,),)
+    widths: tuple[float, ...] = ()
     if close:
-        ahead[0].set_ylabel("Position (m)")
-        style.add_legend(figure, _legend())
-    return figure
+        # the scene beside the close-ups, one above the other, and the road below
+        columns = max(close, 2)
+        upper = [0] * columns
+        lower = [1 + i % close for i in range(close)] + [-1] * (columns - close)
+        road = [1 + close + i for i in range(close)] + [-1] * (columns - close)
+        layout = (tuple(upper), tuple(lower), tuple(road))
+    key = [
+        ("true path", Look("0.25")), ("estimated", _ESTIMATED), ("predicted", _PREDICTED),
+        ("95 % region (if within axes)", Look("0.3", "o", "")), ("forecast, with ±3σ", FORECAST),
+    ]  # fmt: skip
+    return FigureData(
+        "trajectories", source.title, tuple(panels), source.setting(scheme, one_trial=True),
+        layout=layout, widths=widths, heights=(1.5, 1.1, 1.0) if close else (),
+        size=(7.16, 6.0) if close else (3.5, 3.0), key=tuple(key) if close else (),
+    )  # fmt: skip
 
 
-def _longest(scene: Scene, most: int) -> list[tuple[int, slice]]:
-    """Return the objects that are in the scene longest, and when, in their order."""
-    stays = [
-        (k, max(stretches, key=lambda one: one.stop - one.start))
-        for k, stretches in enumerate(scene.stretches)
-        if stretches
+def _over_time(source: Source, scene: Scene) -> FigureData:
+    """Return positions along the road over the time, and the prediction's error below."""
+    time = source.result["time"].values
+    uav = Series("UAV", time, scene.uav[:, 0], look=Look(BLACK, "", DOTTED), kind="line")
+    ways, errors = [uav], []
+    for number, (k, stay) in enumerate(scene.stays):
+        look, name = object_look(number).plain("-"), f"stay {number + 1}"
+        ways.append(
+            Series(f"{name}, true", time[stay], scene.true[stay, k, 0], look=look, kind="line",
+                   width=2.0, legend=False)
+        )  # fmt: skip
+        ways.append(
+            Series(f"{name}, estimated", time[stay], scene.estimated[stay, k, 0],
+                   look=Look("black"), kind="line", width=0.6, legend=False)
+        )  # fmt: skip
+        off = np.hypot(*(scene.predicted[stay, k] - scene.true[stay, k]).T)
+        errors.append(
+            Series(f"{name}, predicted", time[stay], off, look=look, kind="line", width=0.8,
+                   legend=False)
+        )  # fmt: skip
+    limits = (float(time[0]), float(time[-1]))
+    if source.choice.slots:
+        shown = np.isin(source.slots, source.choice.slots)
+        limits = (float(time[shown].min()), float(time[shown].max()))
+    axis = Axis("Time", "s", limits=limits)
+    return FigureData(
+        "trajectories", source.title,
+        (
+            Panel(axis, _ROAD, tuple(ways), empty="no objects in the scene"),
+            Panel(axis, Axis("Error of the\nprediction", "m", log=True), tuple(errors),
+                  empty="nothing was predicted"),
+        ),
+        source.setting(source.one_scheme(), one_trial=True),
+        layout=((0,), (1,)), heights=(2.0, 1.0), size=(7.16, 4.6), share="x",
+        key=(("objects (a colour for each stay in service)", object_look(0).plain("-")),
+             ("estimated", Look("black"))),
+    )  # fmt: skip
+
+
+def path_series(name: str, path: Array, look: Look) -> Series:
+    """Return a path ``(n, 2)`` m that ends in an arrow along the movement."""
+    return Series(name, path[:, 0], path[:, 1], look=look.plain("-"), kind="line", width=1.6,
+                  legend=False, arrow=True)  # fmt: skip
+
+
+def _scene_panel(scene: Scene) -> Panel:
+    """Return all paths, to scale where the scene is not too flat."""
+    series = [path_series("UAV", scene.uav, Look(BLACK))]
+    series += [
+        path_series(f"object {k + 1}", scene.true[stay, k], object_look(k))
+        for k, stay in scene.stays
     ]
-    stays.sort(key=lambda stay: stay[1].start - stay[1].stop)
-    return sorted(stays[:most], key=lambda stay: stay[0])
-
-
-def _is_flat(scene: Scene) -> bool:
-    """Return whether the scene is so much wider than high that it wants the figure's width."""
-    points = np.concatenate([scene.uav, scene.true.reshape(-1, 2)])
-    width, height = np.ptp(points[np.isfinite(points).all(axis=1)], axis=0)
-    return bool(width > 1.8 * max(height, scene.uav[:, 1].max()))
-
-
-def _panels(figure: Figure, close_ups: int, *, flat: bool) -> tuple[Axes, list[Axes], list[Axes]]:
-    """Return the axes of the scene, of the close-ups beside it or below a flat one, of the road."""
-    if not close_ups:
-        return figure.add_subplot(), [], []
-    halves = figure.add_gridspec(2, 1, height_ratios=[2.1, 1.0])
-    if flat:
-        grid = halves[0].subgridspec(2, 1, height_ratios=[1.0, 0.9])
-        columns = close_ups
-    else:
-        grid = halves[0].subgridspec(1, 2, width_ratios=[1.0, 1.15])
-        columns = 1 if close_ups <= 2 else 2
-    inner = grid[1].subgridspec(math.ceil(close_ups / columns), columns)
-    cells = [inner[i // columns, i % columns] for i in range(close_ups)]
-    below = halves[1].subgridspec(1, close_ups)
-    return (
-        figure.add_subplot(grid[0]),
-        [figure.add_subplot(cell) for cell in cells],
-        [figure.add_subplot(below[0, i]) for i in range(close_ups)],
+    notes = [Note("UAV", *_end(scene.uav), offset=(22, 0), bold=True)]
+    notes += [
+        Note(str(k + 1), *_end(scene.true[stay, k]), object_look(k).colour, offset=(0, -12),
+             bold=True)
+        for k, stay in scene.stays
+    ]  # fmt: skip
+    points = np.concatenate([scene.uav, *(scene.true[stay, k] for k, stay in scene.stays)])
+    low, high = _widened(points, 30.0)
+    width, height = high - low
+    road = Series("road", np.array([low[0], high[0]]), np.zeros(2), look=Look("0.6"), kind="line",
+                  width=2.0, legend=False)  # fmt: skip
+    return Panel(
+        Axis(_ROAD.name, "m", limits=(low[0], high[0])),
+        Axis("Height", "m", limits=(low[1] - 0.08 * height, high[1])),
+        (road, *series),
+        notes=tuple(notes),
+        equal=bool(width < _FLATTEST * height),
     )
 
 
-def _read_cones(
-    result: xr.Dataset, scheme: str, trial: int, k: int, stay: slice
-) -> list[Cone] | None:
-    """Return the forecasts of one object in its stay, None if the scenario is not known."""
-    scenario = read_scenario(result)
-    if scenario is None:
-        return None
-    one = result[["estimated", "estimated_cov"]].isel(trial=trial, object=k).sel(scheme=scheme)
-    mean = one["estimated"].transpose("slot", "state").values
-    cov = one["estimated_cov"].transpose("slot", "state", "state_b").values
-    position, velocity = (
-        result[name].transpose("slot", "axis").values for name in ("uav_position", "uav_velocity")
-    )
-    system = system_for(scenario, scheme)
-    return make_cones(mean, cov, chosen_slots(stay), stay.stop, (position, velocity), system)
+def _end(path: Array) -> tuple[float, float]:
+    return float(path[-1, 0]), float(path[-1, 1])
 
 
-def _draw_road(
-    axes: Axes,
-    slots: IntArray,
-    scene: Scene,
-    k: int,
-    stay: slice,
-    cones: list[Cone] | None,
-) -> None:
-    """Draw one object's true position along the road and what was forecast of it."""
-    colour = style.object_look(k).colour
-    axes.set_title(f"object {k + 1}", color=colour)
-    axes.set_xlabel("Slot")
-    axes.plot(slots[stay], scene.true[stay, k, 0], color=colour, linewidth=2.2, zorder=2)
-    for cone in cones or []:
-        draw_cone(axes, cone, slots, colour)
-    if not cones:
-        style.add_note(axes, "no forecast", height=0.8)
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True, min_n_ticks=1))
-    axes.yaxis.set_major_locator(MaxNLocator(nbins=5))
-    axes.margins(x=0.04)
+def _widened(points: Array, least: float) -> tuple[Array, Array]:
+    """Return the corners of the points with a margin, at least so many metres either way."""
+    points = points[np.isfinite(points).all(axis=1)]
+    low, high = points.min(axis=0), points.max(axis=0)
+    extra = np.maximum(0.1 * (high - low), (least - (high - low)) / 2.0)
+    return low - extra, high + extra
 
 
-def _draw_scene(axes: Axes, scene: Scene) -> None:
-    axes.axhline(0.0, color="0.6", linewidth=2.0, zorder=1)
-    axes.set(xlabel="Position along the road (m)", ylabel="Height (m)")
-    _draw_path(axes, scene.uav, "black")
-    _name(axes, scene.uav[-1], "UAV", (20, 0), "black")
-    for k, stretches in enumerate(scene.stretches):
-        for stay in stretches:
-            sight = np.stack([scene.uav[stay.stop - 1], scene.true[stay.stop - 1, k]])
-            axes.plot(*sight.T, color="0.7", linewidth=0.6, linestyle=":", zorder=1)
-            _draw_path(axes, scene.true[stay, k], style.object_look(k).colour)
-    if not any(scene.stretches):
-        style.add_note(axes, "no objects in the scene")
-    _widen(axes, 30.0)
-    _number_objects(axes, scene)
-    width, height = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
-    if max(width, height) < _FLATTEST * min(width, height):
-        axes.set_aspect("equal")
-
-
-def _number_objects(axes: Axes, scene: Scene) -> None:
-    """Write the objects' numbers below the road, in two rows if one would be crowded."""
-    ends = sorted(
-        (float(scene.true[stay.stop - 1, k, 0]), k)
-        for k, stretches in enumerate(scene.stretches)
-        for stay in stretches
-    )
-    gaps = np.diff([x for x, _ in ends])
-    rows = 2 if (gaps < _CROWDED * np.ptp(axes.get_xlim())).any() else 1
-    for i, (x, k) in enumerate(ends):
-        below = (0, -10 - 9 * (i % rows))
-        _name(axes, np.array([x, 0.0]), str(k + 1), below, style.object_look(k).colour)
-    low, high = axes.get_ylim()
-    axes.set_ylim(low - 0.09 * rows * (high - low), high)
-
-
-def _draw_path(axes: Axes, path: Array, colour: str) -> None:
-    axes.plot(*path.T, color=colour, linewidth=1.6, zorder=3)
-    _draw_arrow(axes, path, colour)
-
-
-def _name(axes: Axes, where: Array, text: str, offset: tuple[float, float], colour: str) -> None:
-    """Write a name beside a point, at an offset in points."""
-    axes.annotate(
-        text, tuple(where), xytext=offset, textcoords="offset points", ha="center", va="center",
-        color=colour, fontweight="bold", zorder=5,
-    )  # fmt: skip
-
-
-def _widen(axes: Axes, least: float) -> None:
-    """Leave a margin around the data, and see at least so many metres in either direction."""
-    axes.margins(0.12)
-    low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
-    extra = np.maximum(least - (high - low), 0.0) / 2
-    axes.set_xlim(low[0] - extra[0], high[0] + extra[0])
-    axes.set_ylim(low[1] - extra[1], high[1] + extra[1])
-
-
-def _draw_arrow(axes: Axes, path: Array, colour: str) -> None:
-    """Point an arrow of fixed size along the movement; draw a dot if there is none."""
-    step = path[-1] - path[max(len(path) - 10, 0)]
-    length = float(np.hypot(*step))
-    if length < _STILL:
-        axes.plot(*path[-1:].T, color=colour, marker="o", linestyle="", zorder=4)
-        return
-    tail = -14.0 * step / length
-    axes.annotate(
-        "", tuple(path[-1]), xytext=tuple(tail), textcoords="offset points", zorder=4,
-        arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 1.2, "shrinkA": 0,
-                    "shrinkB": 0, "mutation_scale": 9},
-    )  # fmt: skip
-
-
-def _draw_close_up(axes: Axes, scene: Scene, k: int, stay: slice) -> None:
-    colour = style.object_look(k).colour
-    axes.set_title(f"object {k + 1}", color=colour)
-    axes.set(xlabel="Position (m)", ylabel="Height (m)")
+def _close_up(scene: Scene, k: int, stay: slice) -> Panel:
+    """Return one object's path, its predicted and estimated positions and their regions."""
+    look = object_look(k)
     path, predicted, estimated = (
         positions[stay, k] for positions in (scene.true, scene.predicted, scene.estimated)
     )
-    axes.plot(*path.T, color=colour, linewidth=2.2, zorder=2)
-    _draw_arrow(axes, path, colour)
-    marked = style.marked_points(len(path))
-    axes.plot(*predicted.T, markevery=marked, **_PREDICTED)
-    axes.plot(*estimated.T, markevery=marked, **_ESTIMATED)
-    if not np.isfinite(estimated).any():
-        style.add_note(axes, "no estimates", height=0.8)
-    _draw_ellipses(axes, estimated, scene.spread[stay, k], colour)
-    _widen(axes, 1.0)
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=5))
-    axes.yaxis.set_major_locator(MaxNLocator(nbins=4))
+    marked = _marked(len(path))
+    ellipses = _ellipses(path, estimated, predicted, scene.spread[stay, k], look)
+    series = [
+        path_series("true", path, look),
+        Series("predicted", predicted[marked, 0], predicted[marked, 1], look=_PREDICTED,
+               kind="points", legend=False),
+        Series("estimated", estimated[marked, 0], estimated[marked, 1], look=_ESTIMATED,
+               kind="points", legend=False, hollow=True),
+        *ellipses,
+    ]  # fmt: skip
+    return Panel(
+        _ROAD, _HEIGHT, tuple(series), f"object {k + 1}: path and estimates", empty="no estimates"
+    )
 
 
-_PREDICTED: dict[str, Any] = {
-    "label": "predicted",
-    "color": "0.25", "marker": "x", "linestyle": "", "markersize": 4.5, "zorder": 4,
-}  # fmt: skip
-_ESTIMATED: dict[str, Any] = {
-    "label": "estimated",
-    "color": "0.25", "marker": "o", "linestyle": "-", "linewidth": 0.6, "markersize": 3.5,
-    "markerfacecolor": "white", "zorder": 3,
-}  # fmt: skip
+def _marked(points: int) -> list[int]:
+    """Return which points have markers: all of the first few, then no more than twenty."""
+    step = max(1, math.ceil(points / 20))
+    return sorted({*range(min(points, 5)), *range(0, points, step)})
 
 
-def _draw_ellipses(axes: Axes, centres: Array, spreads: Array, colour: str) -> None:
-    """Draw the estimates' 95 % ellipses at a few slots, of those that are seen whole.
+def _ellipses(
+    path: Array, estimated: Array, predicted: Array, spreads: Array, look: Look
+) -> list[Series]:
+    """Return the estimates' 95 % ellipses at a few slots, of those that are seen whole.
 
     Left out are ellipses larger than all other marks together, as those of the first slots often
     are, unless the last one, which is always drawn, is half their size.
     """
-    usable = np.isfinite(spreads).all(axis=(1, 2)) & np.isfinite(centres).all(axis=1)
-    some = np.flatnonzero(usable)
+    some = np.flatnonzero(
+        np.isfinite(spreads).all(axis=(1, 2)) & np.isfinite(estimated).all(axis=1)
+    )
     if not some.size:
-        return
+        return []
+    marks = np.concatenate([path, estimated, predicted])
+    marks = marks[np.isfinite(marks).all(axis=1)]
     reach = _ELLIPSE_SIGMAS * np.sqrt(np.maximum(np.diagonal(spreads, axis1=1, axis2=2), 0.0))
-    room = np.maximum(np.ptp(axes.dataLim.get_points(), axis=0), 4.0 * reach[some[-1]])
+    room = np.maximum(np.ptp(marks, axis=0), 4.0 * reach[some[-1]])
     some = some[(2.0 * reach[some] <= room).all(axis=-1)]
     some = some[np.unique(np.linspace(0, some.size - 1, _ELLIPSES).astype(int))]
+    turn = np.linspace(0.0, 2.0 * np.pi, 49)
+    circle = np.stack([np.cos(turn), np.sin(turn)])
+    found = []
     for i in some:
         values, vectors = np.linalg.eigh(spreads[i])
-        minor, major = 2.0 * _ELLIPSE_SIGMAS * np.sqrt(np.maximum(values, 0.0))
-        tilt = np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1]))
-        ellipse = Ellipse(
-            tuple(centres[i]), major, minor, angle=float(tilt), facecolor="none",
-            edgecolor=colour, linewidth=0.7, zorder=1.5,
-        )  # fmt: skip
-        axes.add_artist(ellipse)
-    axes.update_datalim(np.concatenate([centres[some] - reach[some], centres[some] + reach[some]]))
+        shape = vectors * (_ELLIPSE_SIGMAS * np.sqrt(np.maximum(values, 0.0)))
+        x, z = estimated[i][:, None] + shape @ circle
+        found.append(
+            Series("95 % region", x, z, look=look.plain("-"), kind="line", width=0.7, legend=False)
+        )
+    return found
 
 
-def _legend() -> list[Artist]:
-    return [
-        Line2D([], [], color="0.25", linewidth=2.2, label="true path"),
-        Line2D([], [], **_ESTIMATED),
-        Line2D([], [], **_PREDICTED),
-        Patch(facecolor="none", edgecolor="0.3", label="95 % region (if within axes)"),
-        Line2D([], [], **WAY, label="forecast"),
-        Patch(facecolor="0.8", label="its ±3σ"),
-    ]
+def _road_panel(source: Source, scene: Scene, k: int, stay: slice) -> Panel:
+    """Return one object's true position along the road and what was forecast of it."""
+    look = object_look(k).plain("-")
+    slots = source.slots
+    series = [
+        Series("true", slots[stay], scene.true[stay, k, 0], look=look, kind="line", width=2.2,
+               legend=False)
+    ]  # fmt: skip
+    one = source.one_trial("estimated", "estimated_cov", "uav_position", "uav_velocity")
+    mean = one["estimated"].isel(object=k).transpose("slot", "state").values
+    cov = one["estimated_cov"].isel(object=k).transpose("slot", "state", "state_b").values
+    uav = one["uav_position"].values, one["uav_velocity"].values
+    system = system_for(source.scenario, source.one_scheme())
+    cones = make_cones(mean, cov, chosen_slots(stay), stay.stop, uav, system)
+    series += [part for cone in cones for part in cone_series(cone, slots, look.colour)]
+    notes = () if cones else (Note("no forecast", 0.5, 0.85, "0.45", inside=True),)
+    return Panel(
+        Axis("Slot"), Axis("Position", "m"), tuple(series), f"object {k + 1}: forecasts",
+        notes=notes,
+    )  # fmt: skip

@@ -1,47 +1,30 @@
-"""All figures and claims, in the paper's order."""
+"""All figures and claims, in the paper's order: every module of the two packages brings its own."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from echobeam.faults import InputError
-from echobeam.reproduction.claims import ALL
-from echobeam.reproduction.figures import (
-    angles,
-    approximation,
-    distances,
-    height_angles,
-    height_rates,
-    long_run,
-    patterns_antennas,
-    patterns_slots,
-    rates,
-    resolutions,
-    sensitivity,
-    trajectories,
-)
+from echobeam.reproduction import figures
+from echobeam.reproduction.discovery import find_claims, modules
 from echobeam.reproduction.records import Claim, Figure
 
+
+def _figures() -> Iterator[Figure]:
+    for module in modules(figures):
+        figure = getattr(module, "FIGURE", None)
+        if isinstance(figure, Figure):
+            yield figure
+
+
 FIGURES: dict[str, Figure] = {
-    figure.id: figure
-    for figure in (
-        approximation.FIGURE,
-        rates.FIGURE,
-        patterns_slots.FIGURE,
-        patterns_antennas.FIGURE,
-        angles.FIGURE,
-        distances.FIGURE,
-        trajectories.FIGURE,
-        long_run.FIGURE,
-        height_rates.FIGURE,
-        height_angles.FIGURE,
-        resolutions.FIGURE,
-        sensitivity.FIGURE,
-    )
+    figure.id: figure for figure in sorted(_figures(), key=lambda figure: figure.place)
 }
 """By id."""
 
-CLAIMS: tuple[Claim, ...] = ALL
+CLAIMS: tuple[Claim, ...] = tuple(
+    sorted(find_claims(), key=lambda claim: FIGURES[claim.figure].place)
+)
 
 
 def choose(ids: Sequence[str]) -> list[Figure]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 
-from echobeam.reproduction.claims import ALL
+from echobeam.reproduction.discovery import find_claims
 from echobeam.reproduction.figures import (
     height_angles,
     height_rates,
@@ -30,7 +30,7 @@ FIGURES = (
 BASES = {setup.name: setup for figure in FIGURES for setup in figure.points}
 """Setups that these claims are measured on, by name."""
 
-CLAIMS = tuple(claim for claim in ALL if claim.figure in {figure.id for figure in FIGURES})
+CLAIMS = tuple(claim for figure in FIGURES for claim in find_claims() if claim.figure == figure.id)
 
 
 def setups() -> tuple[Setup, ...]:

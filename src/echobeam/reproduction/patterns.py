@@ -1,11 +1,12 @@
-"""Beam patterns of many trials: gains over the angle, half-power widths, radiated powers."""
+"""Beam patterns of many trials: gains over the angle, widths, radiated powers."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from echobeam.physics.array import LinearArray
-from echobeam.plots.beams import beam_gain
+from echobeam.plots.patterns import beam_gain
+from echobeam.plots.record import Axis
 from echobeam.reproduction.results import Outcome
 from echobeam.values import Array, ComplexArray
 
@@ -14,6 +15,8 @@ GRID = np.radians(np.arange(0.0, 180.01, 0.25))
 
 FLOOR = 1e-4
 """Gains below are not drawn: -40 dB."""
+
+ANGLE = Axis("Angle θ", "deg", limits=(0.0, 180.0), ticks=tuple(map(float, range(0, 181, 30))))
 
 
 def beams(outcome: Outcome, slot: int, scheme: str = "temporal") -> ComplexArray:
@@ -47,23 +50,28 @@ def gain_at_truth(outcome: Outcome, slot: int, scheme: str = "temporal") -> Arra
     return np.asarray(hit / np.where(power > 0, power, 1.0))
 
 
-def half_power_width(gain: Array) -> Array:
-    """Return how many degrees a pattern on `GRID` is above half of its maximum, ``(...)``.
+def half_power_angles(gain: Array) -> Array:
+    """Return how many degrees of 0 to 180 a pattern on `GRID` is above half of its maximum.
 
-    Counted over 0 to 180 degrees and halved: an upright array repeats every lobe at its mirror
-    angle. A pattern with two tops counts both, since both are illuminated.
+    An upright array repeats every lobe at its mirror angle, and both are illuminated: both count,
+    as do the tops of a pattern with several.
+
+    Parameters
+    ----------
+    gain
+        ``(..., angle)``.
+
+    Returns
+    -------
+    Array
+        ``(...)`` deg.
     """
     above = gain >= 0.5 * gain.max(axis=-1, keepdims=True)
-    return np.asarray(0.5 * 180.0 * above.mean(axis=-1))
+    return np.asarray(180.0 * above.mean(axis=-1))
 
 
-def matched_width(outcome: Outcome, slot: int) -> Array:
-    """Return ``(trial, object)`` deg: width of a beam matched to the true angle."""
+def matched_angles(outcome: Outcome, slot: int) -> Array:
+    """Return ``(trial, object)`` deg: `half_power_angles` of beams matched to the true angle."""
     array = _array(outcome)
     a = array.steering(outcome.kept["truth"][:, slot - 1, :, 0])
-    return half_power_width(beam_gain(a, GRID, array))
-
-
-def decibels(gain: Array) -> Array:
-    """Return a gain in dB, not below `FLOOR`."""
-    return np.asarray(10.0 * np.log10(np.maximum(gain, FLOOR)))
+    return half_power_angles(beam_gain(a, GRID, array))

@@ -1,8 +1,9 @@
 """What a figure and a claim are: records, so that command, tests and documentation read the same.
 
-A figure asks for points (scenarios run for some trials) and turns their results into a table and
-a picture. A claim belongs to a figure; it measures something in the same results, and a rule that
-the record holds turns what was measured into a verdict.
+A figure asks for points (scenarios run for some trials) and turns their results into a record of
+all numbers in it, from which picture, table and JSON come. A claim belongs to a figure; it
+measures something in the same results, and a rule that the record holds turns what was measured
+into a verdict.
 """
 
 from __future__ import annotations
@@ -10,14 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+from echobeam.plots.record import FigureData
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import Setup
-from echobeam.reproduction.tables import Table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
 
 Verdict = Literal["reproduced", "in part", "not reproduced"]
 Judgement = Verdict | Literal["not judged"]
@@ -98,14 +96,6 @@ class Rule:
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
-    """A figure's outcome: the drawing and the numbers in it."""
-
-    drawing: Drawing
-    table: Table
-
-
-@dataclass(frozen=True, slots=True)
 class Figure:
     """One figure of the paper.
 
@@ -117,14 +107,17 @@ class Figure:
         What it shows, in a line.
     points
         What has to be run for it; figures that name the same setup share its trials.
-    draw
-        From the results of at least these points to table and picture.
+    data
+        From the results of at least these points to all numbers in it.
+    place
+        Its place among the figures, in ascending order.
     """
 
     id: str
     caption: str
     points: tuple[Setup, ...]
-    draw: Callable[[Results], Picture]
+    data: Callable[[Results], FigureData]
+    place: float
 
 
 @dataclass(frozen=True, slots=True)

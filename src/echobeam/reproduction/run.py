@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from echobeam.plots import save
+from echobeam.plots.saving import picture_formats, write
 from echobeam.reproduction import mapping
 from echobeam.reproduction.catalogue import CLAIMS, choose
 from echobeam.reproduction.figures import sensitivity
@@ -21,6 +21,9 @@ from echobeam.sweeps.points import run_study, study_in
 
 TRIALS, QUICK_TRIALS = 200, 20
 """Trials per point, and those of a quick look."""
+
+DATA = ("csv", "json")
+"""Suffixes of the figures' numbers."""
 
 BLOCKS = "blocks"
 CLAIM_FILES = ("claims.json", "claims.md")
@@ -38,6 +41,8 @@ class Reproduction:
         Directory of the pictures, made if need be; ``blocks`` in it keeps what was run.
     trials, seed
         Trials per point, and the seed of all randomness.
+    formats
+        Suffixes of the pictures; PDF and SVG are for papers and have no captions inside.
     workers
         Processes on this machine, or a cluster.
     resume, force
@@ -48,6 +53,7 @@ class Reproduction:
     out: Path = Path("reproduction")
     trials: int = TRIALS
     seed: int = 0
+    formats: tuple[str, ...] = ("png",)
     workers: Workers = HERE
     resume: bool = False
     force: bool = False
@@ -64,14 +70,15 @@ def reproduce(task: Reproduction, progress: Progress = lambda done, total: None)
         If the work could not be finished; what is done is kept.
     """
     figures = choose(task.ids)
+    picture_formats(task.formats)
     _check(task, figures)
     results = _run(task, figures, progress)
     for path in outputs(task, figures):
         clear_leftovers(path)
     for figure in figures:
-        picture = figure.draw(results)
-        save(picture.drawing, task.out / f"{figure.id}.png")
-        picture.table.write(task.out / f"{figure.id}.csv")
+        data = figure.data(results)
+        for suffix in (*task.formats, *DATA):
+            write(data, task.out / f"{figure.id}.{suffix}", captions=suffix == "png")
     chosen = {figure.id for figure in figures}
     findings = [
         Finding(claim, claim.measure(results)) for claim in CLAIMS if claim.figure in chosen
@@ -83,7 +90,8 @@ def reproduce(task: Reproduction, progress: Progress = lambda done, total: None)
 
 def outputs(task: Reproduction, figures: Sequence[Figure]) -> list[Path]:
     """Return every file that a reproduction writes, besides its blocks."""
-    names = [f"{figure.id}.{suffix}" for figure in figures for suffix in ("png", "csv")]
+    suffixes = (*task.formats, *DATA)
+    names = [f"{figure.id}.{suffix}" for figure in figures for suffix in suffixes]
     return [task.out / name for name in (*names, *CLAIM_FILES)]
 
 

@@ -26,7 +26,7 @@ from echobeam.simulation.statistics import (
     statistics_of,
     sum_rate,
 )
-from echobeam.values import Array
+from echobeam.values import Array, BoolArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -151,15 +151,29 @@ def over_bound(part: Statistics, component: str, scenario: Scenario) -> Array:
     scenario
         What was run.
     """
-    if not set(TERMS) <= set(part):
-        return np.full(len(part["known"]), np.nan)
-    bound = bound_of({name: part[name] for name in TERMS}, scenario)[
-        ..., POLAR.names.index(component)
-    ]
-    bounded = np.isfinite(bound)
-    least = np.where(bounded, bound, 0.0) ** 2 * part["errors"]
+    least, bounded = _bound_squares(part, component, scenario)
     squares = np.where(bounded, part[f"squares_{component}"], 0.0)
     return np.sqrt(quotient(squares.sum(axis=-1), least.sum(axis=-1)))
+
+
+def pooled_bound(part: Statistics, component: str, scenario: Scenario) -> tuple[Array, Array]:
+    """Return sums over trials and objects of the squared bound, and their number, ``(n,)`` each.
+
+    The root of their quotient is what `rmse` of an efficient filter comes to; arguments as in
+    `over_bound`.
+    """
+    least, bounded = _bound_squares(part, component, scenario)
+    return least.sum(axis=-1), np.where(bounded, part["errors"], 0.0).sum(axis=-1)
+
+
+def _bound_squares(part: Statistics, component: str, scenario: Scenario) -> tuple[Array, BoolArray]:
+    """Return the squared bound times the number of errors, and where there is one, ``(n, K)``."""
+    if not set(TERMS) <= set(part):
+        return np.zeros(part["errors"].shape), np.zeros(part["errors"].shape, dtype=bool)
+    terms = {name: part[name] for name in TERMS}
+    bound = bound_of(terms, scenario)[..., POLAR.names.index(component)]
+    bounded: BoolArray = np.isfinite(bound)
+    return np.where(bounded, bound, 0.0) ** 2 * part["errors"], bounded
 
 
 def improvement(

@@ -129,12 +129,28 @@ def write_dataset(path: Path, dataset: xr.Dataset) -> None:
 
 
 def open_result(path: str | Path) -> xr.Dataset:
-    """Open a result file lazily.
+    """Open the result file of a run lazily.
 
     Raises
     ------
     StoreError
         If there is no such file, or it is not the result of a run.
+    """
+    result = open_any(path)
+    if VARY in result.attrs:
+        instead = _instead_of_sweep(result, Path(path))
+        result.close()
+        raise StoreError(f"{path}: the result of a sweep, not of one run; {instead}")
+    return result
+
+
+def open_any(path: str | Path) -> xr.Dataset:
+    """Open the result file of a run or of a sweep lazily.
+
+    Raises
+    ------
+    StoreError
+        If there is no such file, or it is no result.
     """
     import xarray as xr
 
@@ -145,14 +161,13 @@ def open_result(path: str | Path) -> xr.Dataset:
         result = xr.open_dataset(path, engine="h5netcdf")
     except (OSError, ValueError, KeyError) as error:
         raise StoreError(f"{path}: not a NetCDF-4 file: {error}") from None
+    if VARY in result.attrs:
+        return result
     missing = [name for name in VARIABLES if name not in result] + [
         name for name in ("scenario", "seed") if name not in result.attrs
     ]
     if missing:
-        instead = _instead_of_sweep(result, path) if VARY in result.attrs else None
         result.close()
-        if instead is not None:
-            raise StoreError(f"{path}: the result of a sweep, not of one run; {instead}")
         raise StoreError(f"{path}: not a result of echobeam: {', '.join(missing)} missing")
     return result
 

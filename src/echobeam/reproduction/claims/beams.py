@@ -9,7 +9,7 @@ import numpy as np
 
 from echobeam.reproduction.estimates import bootstrap, gain_percent, mean, ratio
 from echobeam.reproduction.figures.patterns_antennas import SLOT, total
-from echobeam.reproduction.patterns import gains, half_power_width, matched_width, powers
+from echobeam.reproduction.patterns import gains, half_power_angles, matched_angles, powers
 from echobeam.reproduction.records import Claim, Measured
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.rules import all_above
@@ -22,8 +22,8 @@ SETTLED = range(3, LAST + 1)
 
 
 def narrowing(results: Results) -> Measured:
-    """Measure by how much the beams' half-power width falls from slot 2 to slot 10."""
-    wide, narrow = (half_power_width(gains(_multi(results), slot)) for slot in (FIRST, LAST))
+    """Measure by how much fewer angles are above half power in slot 10 than in slot 2."""
+    wide, narrow = (half_power_angles(gains(_multi(results), slot)) for slot in (FIRST, LAST))
     return Measured(
         {
             name: gain_percent(narrow[:, k], wide[:, k]).negated()
@@ -36,8 +36,8 @@ def narrowing(results: Results) -> Measured:
 def far_wider(results: Results) -> Measured:
     """Measure how much wider the far object's beam is, in degrees and against matched beams."""
     outcome = _multi(results)
-    widths = [half_power_width(gains(outcome, slot)) for slot in SETTLED]
-    matched = [matched_width(outcome, slot) for slot in SETTLED]
+    widths = [half_power_angles(gains(outcome, slot)) for slot in SETTLED]
+    matched = [matched_angles(outcome, slot) for slot in SETTLED]
     width = np.mean(widths, axis=0)
     broader = np.mean([w / m for w, m in zip(widths, matched, strict=True)], axis=0)
     return Measured(
@@ -99,7 +99,7 @@ CLAIMS = (
         "as more information is collected, the estimation becomes more accurate, resulting in a "
         "narrower beam",
         "narrower",
-        "fall of the mean half-power width from slot 2 to slot 10",
+        "fall of the angles above half power, a lobe with its mirror image, from slot 2 to slot 10",
         narrowing,
         all_above(0.0),
     ),
@@ -108,9 +108,9 @@ CLAIMS = (
         "test2-1",
         "objects farther away have lower received signal-to-noise ratios, leading to wider beams",
         "wider",
-        "far object's half-power width over the near one's, mean of slots 3 to 10: in degrees, "
-        "where an upright array's beams are widest near 90 degrees whatever the noise, and as "
-        "multiples of the width of a beam matched to the same angle",
+        "angles above half power of the far object's beam over those of the near one's, mean of "
+        "slots 3 to 10: in degrees, where an upright array's beams are widest near 90 degrees "
+        "whatever the noise, and as multiples of those of a beam matched to the same angle",
         far_wider,
         all_above(0.0),
     ),

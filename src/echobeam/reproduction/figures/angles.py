@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.plots import style
-from echobeam.reproduction import drawing as draw_as
+from echobeam.plots.looks import SCHEME_LOOKS, Look
+from echobeam.plots.record import Axis, FigureData, Panel, Series, interval_series, quantile_series
+from echobeam.reproduction.captions import ANTENNAS as WORDS
+from echobeam.reproduction.captions import setting
 from echobeam.reproduction.estimates import rms_with_band
-from echobeam.reproduction.records import Figure, Picture
+from echobeam.reproduction.figures.slots import omni_slots, slot_axis
+from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import ANTENNAS, single
-from echobeam.reproduction.tables import Table
 from echobeam.values import Array
 
 SCHEMES = {"temporal": "proposed (temporal)", "pilot": "pilot (held)"}
-QUANTILES = (0.05, 0.5, 0.95)
 
 
 def estimates(results: Results, n: int, scheme: str) -> Array:
@@ -28,67 +29,59 @@ def rmse(results: Results, n: int, scheme: str) -> tuple[Array, Array]:
     return rms_with_band(np.degrees(error))
 
 
-def tabulate(results: Results) -> Table:
-    """Return quantiles and errors of the estimates of every array, scheme and slot."""
-    rows: list[tuple[str | int | float, ...]] = []
-    for n in ANTENNAS:
-        for scheme in SCHEMES:
-            low, centre, high = np.quantile(estimates(results, n, scheme), QUANTILES, axis=0)
-            error, band = rmse(results, n, scheme)
-            rows += [
-                (n, scheme, i + 1, *map(float, (low[i], centre[i], high[i], error[i], *band[i])))
-                for i in range(len(error))
-            ]
-    names = ("estimate 5 %", "estimate median", "estimate 95 %", "RMSE", "RMSE low", "RMSE high")
-    return Table(("antennas", "scheme", "slot", *(f"{name} (deg)" for name in names)), rows)
-
-
-@style.styled()
-def draw(results: Results) -> Picture:
-    """Draw the estimates of the smallest and the largest array, and all arrays' errors."""
-    figure = style.new_figure(style.PAGE, 3.1)
-    *panels, last = figure.subplots(1, 3)
-    handles = []
-    for axes, n in zip(panels, (ANTENNAS[0], ANTENNAS[-1]), strict=True):
-        outcome = results[single(n).name]
-        truth = np.degrees(outcome.kept["truth"][0, :, 0, 0])
-        slots = np.arange(1, len(truth) + 1)
-        handles = axes.plot(slots, truth, color="black", linewidth=1.0, label="true angle")
-        for scheme, label in SCHEMES.items():
-            low, centre, high = np.quantile(estimates(results, n, scheme), QUANTILES, axis=0)
-            look, band = style.SCHEME_LOOKS[scheme], np.stack([low, high], axis=-1)
-            handles.append(draw_as.curve(axes, slots, centre, band, look, label))
-        draw_as.slot_axis(axes, len(slots))
-        axes.set_title(f"estimate, $N_t$ = $N_r$ = {n}")
-        axes.set_ylabel("Angle estimate (deg)")
-    panels[1].set_ylim(panels[0].get_ylim())
-    for n in ANTENNAS:
-        for scheme in SCHEMES:
-            error, band = rmse(results, n, scheme)
-            look = style.SCHEME_LOOKS[scheme]
-            draw_as.curve(last, range(1, len(error) + 1), error, band, look, f"{n}")
-            at = (float(len(error)), float(error[-1]))
-            last.annotate(f"{n}", at, (4, 0), textcoords="offset points", va="center")
-    style.scale_log(last)
-    draw_as.slot_axis(last, 10)
-    last.set_xlim(0.5, 11.6)
-    last.set_title("error; at the lines: $N_t$ = $N_r$")
-    last.set_ylabel("Angle RMSE (deg)")
+def data(results: Results) -> FigureData:
+    """Return a column per array: the estimates, and below them their errors."""
     outcome = results[single().name]
-    draw_as.titled(
-        figure,
+    above = [_estimates(results, n) for n in ANTENNAS]
+    below = [_errors(results, n) for n in ANTENNAS]
+    return FigureData(
+        "t3",
         "Angle tracking, proposed against pilot scheme",
-        f"{draw_as.flight(outcome.scenario, antennas=False)}; {draw_as.objects(outcome.scenario)}",
-        f"{outcome.point.trials} trials; estimates: medians with 5–95 % bands; errors: 95 % bands; "
-        "shaded: omni or pilot slot",
+        (*above, *below),
+        setting(outcome.scenario, antennas=False),
+        f"{outcome.point.trials} trials; estimates: medians with 5–95 % bands; errors: RMSE with "
+        "95 % intervals",
+        layout=((0, 1, 2), (3, 4, 5)),
+        size=(7.16, 3.9),
     )
-    style.add_legend(figure, handles)
-    return Picture(figure, tabulate(results))
+
+
+def _estimates(results: Results, n: int) -> Panel:
+    truth = np.degrees(results[single(n).name].kept["truth"][0, :, 0, 0])
+    slots = np.arange(1, len(truth) + 1)
+    series = [Series("true angle", slots, truth, look=Look("black"), kind="line", width=1.0)]
+    series += [
+        quantile_series(label, slots, estimates(results, n, scheme), SCHEME_LOOKS[scheme])
+        for scheme, label in SCHEMES.items()
+    ]
+    limits = (float(truth.mean()) - 9.0, float(truth.mean()) + 9.0)
+    return Panel(
+        slot_axis(len(truth)), Axis("Angle estimate", "deg", limits=limits), tuple(series),
+        f"estimate, {WORDS.format(n)}", guides=omni_slots("omni or pilot slot"),
+    )  # fmt: skip
+
+
+def _errors(results: Results, n: int) -> Panel:
+    found = {scheme: rmse(results, n, scheme) for scheme in SCHEMES}
+    series = tuple(
+        interval_series(label, range(1, 11), found[scheme], SCHEME_LOOKS[scheme])
+        for scheme, label in SCHEMES.items()
+    )
+    # one range for all arrays: the comparison of the panels is the figure
+    everything = np.concatenate(
+        [rmse(results, one, scheme)[0] for one in ANTENNAS for scheme in SCHEMES]
+    )
+    limits = (0.85 * float(everything.min()), 1.15 * float(everything.max()))
+    return Panel(
+        slot_axis(10), Axis("Angle RMSE", "deg", log=True, limits=limits), series,
+        f"error, {WORDS.format(n)}", guides=omni_slots("omni or pilot slot"),
+    )  # fmt: skip
 
 
 FIGURE = Figure(
     "t3",
     "angle estimates over the slots, proposed against pilot, for several arrays",
     tuple(single(n) for n in ANTENNAS),
-    draw,
+    data,
+    place=5,
 )

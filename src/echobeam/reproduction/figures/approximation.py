@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.physics.motion import initial_distance
-from echobeam.plots import style
-from echobeam.reproduction import drawing as draw_as
-from echobeam.reproduction.records import Figure, Picture
+from echobeam.plots.looks import BLACK, VERMILION, Look
+from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series
+from echobeam.reproduction.captions import setting
+from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
-from echobeam.reproduction.tables import Table
 from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.tracking.evolution import Evolution, evolve
 from echobeam.values import Array
 
-LOOKS = {"exact": style.Look(style.BLACK, "", "-"), "paper": draw_as.LOOKS[0]}
+LOOKS = {"exact": Look(BLACK), "paper": Look(VERMILION, "s", (0, (4.0, 1.5)))}
 LABELS = {"exact": "exact geometry", "paper": "approximation, Eqs. (30) and (33) corrected"}
+QUANTITIES = (("Angle θ", "deg", 180 / np.pi), ("Distance d", "m", 1.0))
 
 
 def scenario() -> Scenario:
@@ -26,58 +27,43 @@ def scenario() -> Scenario:
 
 def states(kind: Evolution) -> Array:
     """Return ``(slots + 1, 3)``: the state evolved again and again from slot 0, without noise."""
-    setting = scenario()
-    angle = setting.objects[0].angle
-    start = [angle, initial_distance(angle, setting.uav.height), setting.objects[0].velocity]
+    flight = scenario()
+    angle = flight.objects[0].angle
+    start = [angle, initial_distance(angle, flight.uav.height), flight.objects[0].velocity]
     path = [np.array(start, dtype=float)]
-    for _ in range(setting.n_slots):
-        path.append(
-            evolve(path[-1], setting.uav.speed, setting.uav.heading, setting.frame.slot, kind)
-        )
+    for _ in range(flight.n_slots):
+        path.append(evolve(path[-1], flight.uav.speed, flight.uav.heading, flight.frame.slot, kind))
     return np.array(path)
 
 
-def tabulate() -> Table:
-    """Return both models' angle and distance, slot by slot."""
+def data(results: Results) -> FigureData:
+    """Return angle and distance over the slots, and below each the approximation's error."""
+    flight = scenario()
     exact, paper = states("exact"), states("paper")
-    rows = [
-        (n, float(np.degrees(e[0])), float(np.degrees(p[0])), float(e[1]), float(p[1]))
-        for n, (e, p) in enumerate(zip(exact, paper, strict=True))
-    ]
-    columns = ("slot", "angle exact (deg)", "angle approximate (deg)")
-    return Table((*columns, "distance exact (m)", "distance approximate (m)"), rows)
-
-
-@style.styled()
-def draw(results: Results) -> Picture:
-    """Draw angle and distance over the slots, and below each the approximation's error."""
-    setting = scenario()
-    exact, paper = states("exact"), states("paper")
-    figure = style.new_figure(style.PAGE, 3.6)
-    panels = figure.subplots(2, 2, sharex=True, height_ratios=[2, 1])
     slots = np.arange(len(exact))
-    quantities = (("Angle θ (deg)", "Error (deg)", 180 / np.pi), ("Distance d (m)", "Error (m)", 1))
-    handles = []
-    for column, (name, error_name, scale) in enumerate(quantities):
-        upper, lower = panels[:, column]
-        handles = [
-            style.draw_line(upper, slots, scale * path[:, column], LOOKS[kind], LABELS[kind])
+    axis = Axis("Slot", f"{1e3 * flight.frame.slot:g} ms each")
+    above, below = [], []
+    for column, (name, unit, scale) in enumerate(QUANTITIES):
+        curves = tuple(
+            Series(LABELS[kind], slots, scale * path[:, column], look=LOOKS[kind])
             for kind, path in (("exact", exact), ("paper", paper))
-        ]
+        )
+        above.append(Panel(axis, Axis(name, unit), curves))
         error = scale * (paper - exact)[:, column]
-        style.draw_line(lower, slots, error, LOOKS["paper"], "error")
-        lower.axhline(0.0, color="0.5", linewidth=0.8)
-        upper.set_ylabel(name)
-        lower.set_ylabel(error_name)
-        lower.set_xlabel(f"Slot ({1e3 * setting.frame.slot:g} ms each)")
-    draw_as.titled(
-        figure,
-        f"The evolution model's approximation, open loop over {setting.n_slots} slots",
-        f"{draw_as.flight(setting, antennas=False)} (level, towards −x); "
-        f"{draw_as.objects(setting)}",
+        off = Series(f"error of {name}", slots, error, look=LOOKS["paper"], legend=False)
+        below.append(Panel(axis, Axis("Error", unit), (off,), guides=(Guide("y", 0.0),)))
+    return FigureData(
+        "approx",
+        f"The evolution model's approximation, open loop over {flight.n_slots} slots",
+        (*above, *below),
+        f"{setting(flight, antennas=False)}; the UAV flies level, towards −x",
+        layout=((0, 1), (2, 3)),
+        heights=(2.0, 1.0),
+        size=(7.16, 3.3),
+        share="x",
     )
-    style.add_legend(figure, handles)
-    return Picture(figure, tabulate())
 
 
-FIGURE = Figure("approx", "the evolution model's approximation against exact geometry", (), draw)
+FIGURE = Figure(
+    "approx", "the evolution model's approximation against exact geometry", (), data, place=1
+)

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from echobeam.plots import style
-from echobeam.reproduction import drawing as draw_as
+from echobeam.plots.looks import parameter_look
+from echobeam.plots.record import Axis, FigureData, Panel, interval_series
+from echobeam.reproduction.captions import ANTENNAS, flight, initial
 from echobeam.reproduction.estimates import rms_with_band
-from echobeam.reproduction.records import Figure, Picture
+from echobeam.reproduction.figures.slots import omni_slots, slot_axis
+from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import ANTENNAS_FOR_TWO, multi
-from echobeam.reproduction.tables import Table
 from echobeam.values import Array
-
-if TYPE_CHECKING:
-    from matplotlib.lines import Line2D
 
 
 def rmse(results: Results, n: int, k: int) -> tuple[Array, Array]:
@@ -22,48 +18,40 @@ def rmse(results: Results, n: int, k: int) -> tuple[Array, Array]:
     return rms_with_band(results[multi(n).name].error("temporal", "distance")[:, :, k])
 
 
-def tabulate(results: Results) -> Table:
-    """Return the errors of every array, object and slot."""
-    rows: list[tuple[int | float, ...]] = []
-    for n in ANTENNAS_FOR_TWO:
-        for k in range(2):
-            error, band = rmse(results, n, k)
-            rows += [(n, k + 1, i + 1, float(error[i]), *map(float, band[i])) for i in range(10)]
-    columns = ("antennas", "object", "slot", "distance RMSE (m)", "95 % low (m)", "95 % high (m)")
-    return Table(columns, rows)
-
-
-@style.styled()
-def draw(results: Results) -> Picture:
-    """Draw a panel per object with a curve per array."""
-    figure = style.new_figure(style.PAGE, 3.0)
+def data(results: Results) -> FigureData:
+    """Return a panel per object with a curve per array."""
     outcome = results[multi().name]
-    handles: list[Line2D] = []
-    for k, axes in enumerate(figure.subplots(1, 2, sharey=True)):
-        handles = []
-        for n, look in zip(ANTENNAS_FOR_TWO, draw_as.LOOKS, strict=False):
-            error, band = rmse(results, n, k)
-            slots = range(1, len(error) + 1)
-            label = f"$N_t$ = $N_r$ = {n}"
-            handles.append(draw_as.curve(axes, slots, error, band, look, label))
-        style.scale_log(axes)
-        draw_as.slot_axis(axes, 10)
-        one = outcome.scenario.model_copy(update={"objects": (outcome.scenario.objects[k],)})
-        axes.set_title(f"object {k + 1}: {draw_as.objects(one)}")
-        axes.set_ylabel("Distance RMSE (m)" if k == 0 else "")
-    draw_as.titled(
-        figure,
-        "Distance tracking of the proposed scheme over the number of antennas",
-        draw_as.flight(outcome.scenario, antennas=False),
-        f"RMSE over {outcome.point.trials} trials with 95 % bands; shaded: omni slot",
+    panels = tuple(
+        Panel(
+            slot_axis(10),
+            Axis("Distance RMSE", "m", log=True),
+            tuple(
+                interval_series(
+                    ANTENNAS.format(n), range(1, 11), rmse(results, n, k), parameter_look(number)
+                )
+                for number, n in enumerate(ANTENNAS_FOR_TWO)
+            ),
+            f"object {k + 1}: {initial(one)}",
+            guides=omni_slots(),
+        )
+        for k, one in enumerate(outcome.scenario.objects)
     )
-    style.add_legend(figure, handles)
-    return Picture(figure, tabulate(results))
+    return FigureData(
+        "t4",
+        "Distance tracking of the proposed scheme over the number of antennas",
+        panels,
+        flight(outcome.scenario, antennas=False),
+        f"RMSE over {outcome.point.trials} trials",
+        size=(7.16, 2.6),
+        share="y",
+        band="95 % interval",
+    )
 
 
 FIGURE = Figure(
     "t4",
     "distance error over the slots for several arrays, two objects",
     tuple(multi(n) for n in ANTENNAS_FOR_TWO),
-    draw,
+    data,
+    place=6,
 )

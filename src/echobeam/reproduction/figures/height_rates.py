@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.plots import style
-from echobeam.reproduction import drawing as draw_as
+from echobeam.plots.looks import SCHEME_LOOKS, Look
+from echobeam.plots.record import Axis, FigureData, Panel, Series, interval_series
+from echobeam.reproduction.captions import setting
 from echobeam.reproduction.estimates import bootstrap
-from echobeam.reproduction.records import Figure, Picture
+from echobeam.reproduction.figures.slots import omni_slots, slot_axis
+from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import HEIGHTS, height
-from echobeam.reproduction.tables import Table
 from echobeam.simulation.summary import mean_interval
 from echobeam.values import Array
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
 
 SCHEMES = {"temporal": "proposed (temporal)", "water-filling": "water-filling"}
 SHOWN = (100, 105, 110)
@@ -32,83 +26,64 @@ def frame_rate(results: Results, metres: int, scheme: str) -> Array:
     return np.asarray(results[height(metres).name].sum_rate(scheme).mean(axis=-1))
 
 
-def tabulate(results: Results) -> Table:
-    """Return mean and tail of the rate per slot, and of the frame's mean (slot 0)."""
-    rows: list[tuple[str | int | float, ...]] = []
-    for metres in HEIGHTS:
-        for scheme in SCHEMES:
-            slots = results[height(metres).name].sum_rate(scheme)
-            columns = [slots.mean(axis=-1), *slots.T]
-            for slot, values in enumerate(columns):
-                mean, interval = mean_interval(values)
-                tail = float(np.quantile(values, TAIL))
-                rows.append((metres, scheme, slot, float(mean), *map(float, interval), tail))
-    names = ("sum rate (bit/s/Hz)", "95 % low", "95 % high", "5 % quantile (bit/s/Hz)")
-    return Table(("height (m)", "scheme", "slot (0: frame's mean)", *names), rows)
-
-
-@style.styled()
-def draw(results: Results) -> Picture:
-    """Draw a panel per height of the paper, and mean and tail of the frame over all heights."""
-    figure = style.new_figure(style.PAGE, 4.6)
-    panels = figure.subplots(2, 2)
-    handles: list[Line2D] = []
-    for axes, metres in zip(panels.flat, SHOWN, strict=False):
-        handles = _draw_height(axes, results, metres)
-    for axes in panels.flat[:3]:
-        axes.set_ylim(0, panels[0, 0].get_ylim()[1])
-    _draw_heights(panels[1, 1], results)
+def data(results: Results) -> FigureData:
+    """Return a panel per height of the paper, and mean and tail of the frame over all heights."""
     outcome = results[height(SHOWN[0]).name]
-    draw_as.titled(
-        figure,
+    rates = {
+        metres: {scheme: results[height(metres).name].sum_rate(scheme) for scheme in SCHEMES}
+        for metres in SHOWN
+    }
+    top = 1.1 * max(float(one.mean(axis=0).max()) for each in rates.values() for one in
+                    each.values())  # fmt: skip
+    axis = Axis("Rate", "bit/s/Hz", limits=(0.0, top))
+    panels = [
+        Panel(slot_axis(10), axis, _curves(range(1, 11), each), f"$h$ = {metres} m",
+              guides=omni_slots())
+        for metres, each in rates.items()
+    ]  # fmt: skip
+    frames = {
+        scheme: np.stack([frame_rate(results, metres, scheme) for metres in HEIGHTS], axis=1)
+        for scheme in SCHEMES
+    }
+    over = Axis("Height $h$", "m", ticks=tuple(map(float, HEIGHTS)))
+    panels.append(Panel(over, axis, _curves(HEIGHTS, frames), "mean over the frame, by height"))
+    return FigureData(
+        "t7-1",
         "Rates of the proposed scheme and of water-filling over the height",
-        f"{draw_as.flight(outcome.scenario, height=False)}; {draw_as.objects(outcome.scenario)}",
-        f"{outcome.point.trials} trials: means (thick) and 5 % quantiles (thin) with 95 % bands; "
-        "shaded: omni slot",
+        tuple(panels),
+        setting(outcome.scenario, height=False),
+        f"{outcome.point.trials} trials: means (with markers) and 5 % quantiles over the trials "
+        "(plain)",
+        layout=((0, 1), (2, 3)),
+        size=(7.16, 4.2),
+        band="95 % interval",
     )
-    style.add_legend(figure, handles)
-    return Picture(figure, tabulate(results))
 
 
-def _draw_height(axes: Axes, results: Results, metres: int) -> list[Line2D]:
-    handles = []
-    for scheme, label in SCHEMES.items():
-        rate = draw_as.RATE_SCALE * results[height(metres).name].sum_rate(scheme)
-        slots, look = np.arange(1, rate.shape[1] + 1), style.SCHEME_LOOKS[scheme]
-        mean, band = mean_interval(rate)
-        handles.append(draw_as.curve(axes, slots, mean, band, look, label))
-        _draw_tail(axes, slots, list(rate.T), look)
-    draw_as.slot_axis(axes, len(slots))
-    axes.set_title(f"$h$ = {metres} m")
-    axes.set_ylabel(f"Rate ({draw_as.RATE_UNIT})")
-    return handles
+def _curves(x: npt.ArrayLike, samples: dict[str, Array]) -> tuple[Series, ...]:
+    """Return mean and 5 % quantile of samples ``(trial, n)`` of each scheme."""
+    means = [
+        interval_series(SCHEMES[scheme], x, mean_interval(one), SCHEME_LOOKS[scheme])
+        for scheme, one in samples.items()
+    ]
+    return (*means, *(_tail(scheme, x, one) for scheme, one in samples.items()))
 
 
-def _draw_heights(axes: Axes, results: Results) -> None:
-    for scheme in SCHEMES:
-        look = style.SCHEME_LOOKS[scheme]
-        rates = [draw_as.RATE_SCALE * frame_rate(results, metres, scheme) for metres in HEIGHTS]
-        mean, band = mean_interval(np.stack(rates, axis=1))
-        draw_as.curve(axes, HEIGHTS, mean, band, look, scheme)
-        _draw_tail(axes, HEIGHTS, rates, look)
-    axes.set(xticks=HEIGHTS, xlabel="Height $h$ (m)", ylim=(0, None))
-    axes.set_title("rate over the frame, by height")
-    axes.set_ylabel(f"Rate ({draw_as.RATE_UNIT})")
-
-
-def _draw_tail(axes: Axes, x: npt.ArrayLike, samples: Sequence[Array], look: style.Look) -> None:
-    """Draw the 5 % quantile of the samples at each x as a thin line with its bootstrap's band."""
-    tails = [bootstrap(lambda one: np.quantile(one, TAIL, axis=-1), values) for values in samples]
-    low, high = np.array([(one.low, one.high) for one in tails]).T
-    axes.fill_between(x, low, high, color=look.colour, alpha=0.1, linewidth=0, zorder=1.4)
-    axes.plot(
-        x, [one.value for one in tails], color=look.colour, linestyle=look.line, linewidth=0.7
-    )
+def _tail(scheme: str, x: npt.ArrayLike, samples: Array) -> Series:
+    """Return the 5 % quantile at each x with its bootstrap's interval."""
+    tails = [bootstrap(lambda one: np.quantile(one, TAIL, axis=-1), values) for values in samples.T]
+    band = np.array([(one.low, one.high) for one in tails])
+    look: Look = SCHEME_LOOKS[scheme].plain()
+    return Series(
+        f"{SCHEMES[scheme]}, 5 % quantile", np.asarray(x), np.array([one.value for one in tails]),
+        band, look, kind="line", width=0.8, legend=False,
+    )  # fmt: skip
 
 
 FIGURE = Figure(
     "t7-1",
     "rates against water-filling over the UAV's height",
     tuple(height(metres) for metres in HEIGHTS),
-    draw,
+    data,
+    place=9,
 )

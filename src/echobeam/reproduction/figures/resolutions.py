@@ -6,12 +6,12 @@ from itertools import product
 
 import numpy as np
 
-from echobeam.plots import style
-from echobeam.reproduction import drawing as draw_as
-from echobeam.reproduction.records import Figure, Picture
+from echobeam.plots.looks import parameter_look
+from echobeam.plots.record import Axis, FigureData, Panel, Series, interval_series
+from echobeam.reproduction.captions import flight, initial
+from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import RESOLUTION_LINES, RESOLUTIONS, RIPPLES, resolution
-from echobeam.reproduction.tables import Table
 from echobeam.simulation.summary import mean_interval
 from echobeam.values import Array
 
@@ -36,61 +36,42 @@ def line(results: Results, n: int, metres: int, ripple: float) -> tuple[Array, A
     return mean_interval(np.stack(rates, axis=1))
 
 
-def tabulate(results: Results) -> Table:
-    """Return the mean rate of every line and resolution."""
-    rows: list[tuple[int | float, ...]] = []
-    for (n, metres), ripple in product(RESOLUTION_LINES, RIPPLES):
-        mean, interval = line(results, n, metres, ripple)
-        rows += [
-            (n, metres, ripple, degrees, float(mean[i]), *map(float, interval[i]))
-            for i, degrees in enumerate(RESOLUTIONS)
-        ]
-    names = ("antennas", "height (m)", "ripple per antenna", "resolution (deg)")
-    return Table((*names, "mean rate of the frame (bit/s/Hz)", "95 % low", "95 % high"), rows)
-
-
-@style.styled()
-def draw(results: Results) -> Picture:
-    """Draw a panel over the height and one over the antennas."""
-    figure = style.new_figure(style.PAGE, 3.2)
-    axes_pair = figure.subplots(1, 2, sharey=True)
-    for axes, (title, lines, label) in zip(axes_pair, PANELS, strict=True):
-        for (n, metres), look in zip(lines, draw_as.LOOKS, strict=False):
-            thin, _ = line(results, n, metres, RIPPLES[1])
-            axes.plot(
-                RESOLUTIONS,
-                draw_as.RATE_SCALE * thin,
-                color=look.colour,
-                linestyle=look.line,
-                linewidth=0.7,
-            )
-            mean, band = line(results, n, metres, RIPPLES[0])
-            draw_as.curve(
-                axes,
-                RESOLUTIONS,
-                draw_as.RATE_SCALE * mean,
-                draw_as.RATE_SCALE * band,
-                look,
-                label.format(n, metres),
-            )
-        axes.set_xscale("log")
-        axes.set_xticks(RESOLUTIONS, [f"{degrees:g}" for degrees in RESOLUTIONS])
-        axes.minorticks_off()
-        axes.set_title(title)
-        axes.set_xlabel("Angular resolution (deg)")
-        axes.legend(loc="lower left")
-    axes_pair[0].set_ylim(bottom=0)
-    axes_pair[0].set_ylabel(f"Mean rate of the frame ({draw_as.RATE_UNIT})")
+def data(results: Results) -> FigureData:
+    """Return a panel over the height and one over the antennas."""
     outcome = results[resolution(30, 90, RESOLUTIONS[0]).name]
-    flight = draw_as.flight(outcome.scenario, height=False, antennas=False)
-    draw_as.titled(
-        figure,
+    panels = tuple(_panel(results, *panel) for panel in PANELS)
+    where = flight(outcome.scenario, height=False, antennas=False)
+    return FigureData(
+        "aa_acr",
         "Mean rate of the proposed scheme against the angular resolution of the covered grid",
-        f"{flight}; {draw_as.objects(outcome.scenario)}",
-        f"means of {outcome.point.trials} trials with 95 % bands; ripple {RIPPLES[0]:g} $N_t$ "
-        f"(thick) and {RIPPLES[1]:g} $N_t$ (thin)",
+        panels,
+        f"{where}; {initial(outcome.scenario.objects[0])}",
+        f"means of {outcome.point.trials} trials; ripple {RIPPLES[0]:g} $N_t$ (with markers) and "
+        f"{RIPPLES[1]:g} $N_t$ (plain)",
+        size=(7.16, 2.9),
+        share="y",
+        band="95 % interval",
     )
-    return Picture(figure, tabulate(results))
+
+
+def _panel(results: Results, title: str, lines: tuple[tuple[int, int], ...], label: str) -> Panel:
+    marked, plain = [], []
+    for number, (n, metres) in enumerate(lines):
+        name, look = label.format(n, metres), parameter_look(number)
+        found = line(results, n, metres, RIPPLES[0])
+        marked.append(interval_series(name, RESOLUTIONS, found, look))
+        mean, band = line(results, n, metres, RIPPLES[1])
+        plain.append(
+            Series(f"{name}, ripple {RIPPLES[1]:g} $N_t$", np.array(RESOLUTIONS), mean, band,
+                   look.plain(), kind="line", width=0.8, legend=False)
+        )  # fmt: skip
+    return Panel(
+        Axis("Angular resolution", "deg", log=True, ticks=RESOLUTIONS),
+        Axis("Mean rate of the frame", "bit/s/Hz", limits=(0.0, None)),
+        (*marked, *plain),
+        title,
+        legend=True,
+    )
 
 
 FIGURE = Figure(
@@ -100,5 +81,6 @@ FIGURE = Figure(
         resolution(n, metres, degrees, ripple)
         for (n, metres), degrees, ripple in product(RESOLUTION_LINES, RESOLUTIONS, RIPPLES)
     ),
-    draw,
+    data,
+    place=11,
 )

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
-from matplotlib.lines import Line2D
 
 from echobeam.physics.geometry import offset
-from echobeam.plots import style
-from echobeam.plots.cones import WAY, Cone, draw_cone, make_cones
-from echobeam.reproduction import drawing as draw_as
-from echobeam.reproduction.records import Figure, Picture
+from echobeam.plots.looks import BLACK, Look, object_look
+from echobeam.plots.record import Axis, FigureData, Note, Panel, Series, quantile_series
+from echobeam.plots.scene import FORECAST, Cone, cone_series, make_cones
+from echobeam.plots.trajectories import path_series
+from echobeam.reproduction.captions import setting
+from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import trajectory
-from echobeam.reproduction.tables import Table
 from echobeam.schemes.configure import system_for
 from echobeam.values import Array
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-QUANTILES = (0.05, 0.5, 0.95)
-
 FORECAST_SLOTS = (10, 40, 70)
 """Slots from which a forecast is drawn, until the next one or the end."""
+
+PREDICTED = Look("0.25", "x", "")
 
 
 def flight(outcome: Outcome) -> Array:
@@ -53,102 +48,75 @@ def cones(outcome: Outcome, k: int) -> list[Cone]:
     return make_cones(mean, cov, starts, len(mean), uav, system_for(outcome.scenario, "temporal"))
 
 
-def tabulate(outcome: Outcome) -> Table:
-    """Return true and predicted positions of the first trial, and all trials' error quantiles."""
-    true, predicted = positions(outcome, "truth")[0], positions(outcome, "predicted")[0]
-    quantiles = np.quantile(errors(outcome), QUANTILES, axis=0)
-    time = outcome.scenario.frame.slot * np.arange(outcome.scenario.n_slots)
-    rows = [
-        (n + 1, float(time[n]), k + 1, *map(float, (*true[n, k], *predicted[n, k])),
-         *map(float, quantiles[:, n, k]))
-        for n in range(len(time))
-        for k in range(true.shape[1])
-    ]  # fmt: skip
-    state = ("true x", "true height", "predicted x", "predicted height")
-    error = ("error 5 %", "error median", "error 95 %")
-    columns = ("slot", "time (s)", "object", *(f"{name} (m)" for name in (*state, *error)))
-    return Table(columns, rows)
-
-
-@style.styled()
-def draw(results: Results) -> Picture:
-    """Draw the scene, the objects' way along the road, and the prediction's error."""
+def data(results: Results) -> FigureData:
+    """Return the scene, each object's way along the road, and the prediction's error."""
     outcome = results[trajectory().name]
-    figure = style.new_figure(style.PAGE, 4.0)
-    grid = figure.add_gridspec(2, 2, width_ratios=[1.15, 1])
-    _draw_scene(figure.add_subplot(grid[:, 0]), outcome)
-    upper = figure.add_subplot(grid[0, 1])
-    handles = _draw_road(upper, outcome)
-    _draw_errors(figure.add_subplot(grid[1, 1], sharex=upper), outcome)
-    draw_as.titled(
-        figure,
+    time = outcome.scenario.frame.slot * np.arange(outcome.scenario.n_slots, dtype=float)
+    off = errors(outcome)[:, 1:]
+    error = tuple(
+        quantile_series(f"object {k + 1}", time[1:], off[..., k], object_look(k))
+        for k in range(off.shape[-1])
+    )
+    count = off.shape[-1]
+    return FigureData(
+        "t5",
         "Trajectories and their prediction",
-        f"{draw_as.flight(outcome.scenario)}; {draw_as.objects(outcome.scenario)}",
-        f"left and above: one trial; below: {outcome.point.trials} trials, medians with 5–95 % "
-        "bands; arrows: direction of movement; cones: ±3σ",
-    )
-    style.add_legend(figure, handles)
-    return Picture(figure, tabulate(outcome))
-
-
-def _draw_scene(axes: Axes, outcome: Outcome) -> None:
-    axes.axhline(0.0, color="0.6", linewidth=1.5, zorder=1)
-    uav, true = flight(outcome), positions(outcome, "truth")[0]
-    predicted = positions(outcome, "predicted")[0]
-    _path(axes, uav, "black", "UAV", (14, 0))
-    for k in range(true.shape[1]):
-        colour = style.object_look(k).colour
-        sight = np.stack([uav[-1], true[-1, k]])
-        axes.plot(*sight.T, color="0.7", linewidth=0.6, linestyle=":", zorder=1)
-        _path(axes, true[:, k], colour, f"object {k + 1}", (0, -12))
-        axes.plot(*predicted[::4, k].T, color="0.25", marker="x", linestyle="", zorder=4)
-    axes.set(
-        xlabel="Position along the road (m)", ylabel="Height (m)", xlim=(-62, 98), ylim=(-22, 92)
-    )
-    axes.set_aspect("equal")
-
-
-def _path(axes: Axes, path: Array, colour: str, name: str, away: tuple[float, float]) -> None:
-    axes.plot(*path.T, color=colour, linewidth=2.0, zorder=3)
-    arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.5, "mutation_scale": 11}
-    step = path[-1] - path[-2]
-    tip = path[-1] + 6.0 * step / np.hypot(*step)
-    axes.annotate("", tuple(tip), tuple(path[-1]), arrowprops=arrow, zorder=5)
-    middle = path[len(path) // 2]
-    axes.annotate(
-        name, tuple(middle), away, textcoords="offset points", color=colour, ha="center",
-        va="center", fontweight="bold",
+        (
+            _scene(outcome),
+            *(_road(outcome, k, time) for k in range(count)),
+            Panel(Axis("Time", "s"), Axis("Position error", "m", log=True), error,
+                  "error of the prediction"),
+        ),
+        setting(outcome.scenario),
+        f"above and middle: one trial; error: {outcome.point.trials} trials, medians with 5–95 % "
+        "bands; arrows: direction of movement; cones: forecasts with ±3σ",
+        layout=((0,) * 2, tuple(range(1, count + 1)), (count + 1,) * 2),
+        heights=(1.35, 1.0, 0.9),
+        size=(7.16, 6.0),
+        key=(("predicted one slot ahead", PREDICTED), ("forecast, with ±3σ", FORECAST)),
     )  # fmt: skip
 
 
-def _draw_road(axes: Axes, outcome: Outcome) -> list[Line2D]:
-    true, predicted = positions(outcome, "truth")[0], positions(outcome, "predicted")[0]
-    time = outcome.scenario.frame.slot * np.arange(len(true))
-    handles: list[Line2D] = []
+def _scene(outcome: Outcome) -> Panel:
+    uav, true = flight(outcome), positions(outcome, "truth")[0]
+    road = Series("road", np.array([-75.0, 105.0]), np.zeros(2), look=Look("0.6"), kind="line",
+                  width=1.5, legend=False)  # fmt: skip
+    series, notes = [road, path_series("UAV", uav, Look(BLACK))], []
     for k in range(true.shape[1]):
-        colour = style.object_look(k).colour
-        handles += axes.plot(time, true[:, k, 0], color=colour, label=f"object {k + 1}, true")
-        marks = axes.plot(
-            time[::4], predicted[::4, k, 0], color="0.25", marker="x", linestyle="",
-            label="predicted one slot ahead",
+        look, middle = object_look(k), true[len(true) // 2, k]
+        series.append(path_series(f"object {k + 1}, true", true[:, k], look))
+        notes.append(
+            Note(f"object {k + 1}", float(middle[0]), float(middle[1]), look.colour,
+                 offset=(0.0, -11.0), bold=True)
         )  # fmt: skip
-        for cone in cones(outcome, k):
-            draw_cone(axes, cone, time, colour)
-    axes.set(ylabel="Position along\nthe road (m)")
-    ahead = Line2D([], [], label="forecast, with ±3σ", **WAY)
-    return [*handles, *marks, ahead]
+    notes.append(Note("UAV", float(uav[-1, 0]), float(uav[-1, 1]), offset=(18.0, 0.0), bold=True))
+    return Panel(
+        Axis("Position along the road", "m", limits=(-75.0, 105.0)),
+        Axis("Height", "m", limits=(-18.0, 92.0)),
+        tuple(series), "the scene to scale", notes=tuple(notes), equal=True,
+    )  # fmt: skip
 
 
-def _draw_errors(axes: Axes, outcome: Outcome) -> None:
-    low, centre, high = np.quantile(errors(outcome)[:, 1:], QUANTILES, axis=0)
-    time = outcome.scenario.frame.slot * np.arange(1, len(centre) + 1)
-    for k in range(centre.shape[1]):
-        look, band = style.object_look(k), np.stack([low[:, k], high[:, k]], axis=-1)
-        draw_as.curve(axes, time, centre[:, k], band, look, f"object {k + 1}")
-    style.scale_log(axes)
-    axes.set(xlabel="Time (s)", ylabel="Position error (m)")
+def _road(outcome: Outcome, k: int, time: Array) -> Panel:
+    true, predicted = positions(outcome, "truth")[0], positions(outcome, "predicted")[0]
+    look = object_look(k)
+    series = [
+        Series("true", time, true[:, k, 0], look=look.plain("-"), kind="line", width=2.0,
+               legend=False),
+        Series("predicted one slot ahead", time[::4], predicted[::4, k, 0], look=PREDICTED,
+               kind="points", legend=False),
+    ]  # fmt: skip
+    for cone in cones(outcome, k):
+        series += cone_series(cone, time, look.colour)
+    return Panel(
+        Axis("Time", "s"), Axis("Position along the road", "m"), tuple(series), f"object {k + 1}"
+    )
 
 
 FIGURE = Figure(
-    "t5", "true and predicted trajectories of two objects, with arrows", (trajectory(),), draw
+    "t5",
+    "true and predicted trajectories of two objects, with arrows",
+    (trajectory(),),
+    data,
+    place=7,
 )

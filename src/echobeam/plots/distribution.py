@@ -1,0 +1,102 @@
+"""Distributions over the trials: rate, angle error, and outage."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from echobeam.plots.looks import FAINT, Look
+from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series
+from echobeam.plots.source import Source, empty_figure
+from echobeam.schemes.configure import system_for
+from echobeam.simulation.statistics import posterior_errors
+from echobeam.values import Array, Mode
+
+_POINTS = 400
+_SHARE = (-0.02, 1.02)
+
+
+def distribution(source: Source) -> FigureData:
+    """Return the empirical distributions of rate, angle error and rate per object.
+
+    - Rate: a frame's mean sum rate, over trials and frames.
+    - Angle error: its size, over trials, slots and objects in the scene. An object without a
+      track has no error, so that the curve ends below one by the share of them.
+    - Outage: share of objects and slots with beams whose rate is at or below a value; the
+      scheme's floor is marked where it has one.
+    """
+    source.check("rate", "present", "truth", "estimated", "mode")
+    if not source.result.sizes["object"]:
+        return empty_figure(source, "distribution", "no objects: nothing to measure")
+    samples = {name: _samples(source, index) for index, name in enumerate(source.names)}
+    series = [
+        tuple(_cumulative(name, samples[name][number], source.looks[name]) for name in source.names)
+        for number in range(3)
+    ]
+    low = [float(one.x[0]) for one in series[1] if not one.empty and one.x[0] > 0]
+    frame = f"{source.scenario.frame.slots_per_frame} slots"
+    panels = (
+        Panel(
+            Axis("Mean sum rate of a frame", "bit/s/Hz"),
+            Axis("Share of frames at or below", limits=_SHARE),
+            series[0],
+            title=f"Rate (frames of {frame})",
+            empty="no rates",
+        ),
+        Panel(
+            Axis("Size of the angle error", "deg", log=True, limits=(min(low, default=None), None)),
+            Axis("Share of estimates at or below", limits=_SHARE),
+            series[1],
+            title="Angle error",
+            empty="no estimates",
+        ),
+        Panel(
+            Axis("Rate of an object", "bit/s/Hz"),
+            Axis("Outage probability", limits=_SHARE),
+            series[2],
+            title="Outage",
+            guides=_floors(source),
+            empty="no beams",
+        ),
+    )
+    return FigureData("distribution", source.title, panels, source.setting(), size=(7.16, 2.6))
+
+
+def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
+    """Return a scheme's rates of frames, angle errors in degrees, and rates of objects.
+
+    A missing estimate is an infinite error.
+    """
+    one = source.result[["rate", "present", "truth", "estimated", "mode"]].isel(scheme=index)
+    one = one.transpose("trial", "slot", "object", "state")
+    shown = np.isin(source.slots, source.choice.slots or source.slots)
+    present = one["present"].values.astype(bool) & shown[:, None]
+    sum_rate, frame = source.parts[source.names[index]]["sum_rate"], source.scenario.frame
+    frames = sum_rate.reshape(source.trials, -1, frame.slots_per_frame).mean(axis=-1)
+    error = posterior_errors(one["estimated"].values, one["truth"].values)[..., 0]
+    error = np.abs(np.degrees(error[present]))
+    directional = present & (one["mode"].values == Mode.DIRECTIONAL)[..., None]
+    return frames.ravel(), np.where(np.isfinite(error), error, np.inf), one["rate"].values[
+        directional
+    ]  # fmt: skip
+
+
+def _cumulative(name: str, samples: npt.ArrayLike, look: Look) -> Series:
+    """Return an empirical distribution at no more than `_POINTS` of its steps."""
+    ordered = np.sort(np.asarray(samples, dtype=float))
+    ordered = ordered[~np.isnan(ordered)]
+    finite = int(np.isfinite(ordered).sum())
+    if not finite:
+        return Series(name, np.full(1, np.nan), np.full(1, np.nan), look=look)
+    first = ordered.size // 100  # a logarithmic axis would be mostly that of the smallest
+    steps = np.unique(np.linspace(first, finite - 1, min(finite, _POINTS)).round().astype(int))
+    return Series(name, ordered[steps], (steps + 1) / ordered.size, look=look.plain(), kind="line")
+
+
+def _floors(source: Source) -> tuple[Guide, ...]:
+    floors = {system_for(source.scenario, name).coverage.min_rate for name in source.names}
+    return tuple(
+        Guide("x", floor, look=Look(FAINT, "", (0, (2.0, 1.5))), name="rate floor of the design")
+        for floor in sorted(floors)
+        if floor > 0
+    )

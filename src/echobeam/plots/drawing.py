@@ -1,0 +1,372 @@
+"""Figures drawn with matplotlib: one style for all, outside pyplot's global state."""
+
+from __future__ import annotations
+
+import math
+import re
+import textwrap
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+
+from echobeam.plots.looks import AREA, FAINT, SHADE, Look, scheme_looks
+from echobeam.plots.record import Axis, FigureData, Guide, Note, Panel, Series
+
+_RC: dict[str, Any] = {
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 8.0,
+    "figure.titlesize": 8.5,
+    "legend.fontsize": 7.5,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.titlepad": 4.0,
+    "grid.linewidth": 0.4,
+    "grid.color": "0.85",
+    "lines.linewidth": 1.3,
+    "lines.markersize": 4.0,
+    "lines.markeredgewidth": 0.8,
+    "patch.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "ytick.minor.size": 1.5,
+    "ytick.minor.width": 0.4,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "legend.columnspacing": 1.2,
+    "legend.labelspacing": 0.3,
+    "figure.dpi": 100.0,
+    "savefig.dpi": 300.0,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "echobeam",
+    "path.simplify": True,
+}
+
+_MARKERS = 20  # on a line at most
+_LONG, _FINE = 60, 0.9  # lines of more points are drawn finer
+_LEGEND_COLUMNS = 6
+_USUAL_LEGEND = 0.4  # inches: two rows, for which the figures' heights are made
+_LINE_HEIGHT = 0.13  # inches per line of the title
+_CHARACTERS_PER_INCH = 13  # legends and titles were measured to have 15 to 17
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw or save in this style, whatever the user's own matplotlib settings are."""
+    # Typed as Any: newer matplotlib enumerates the keys, older ones take any text.
+    settings: Any = {key: mpl.rcParamsDefault[key] for key in mpl.rcParamsDefault}
+    settings = {key: value for key, value in settings.items() if "backend" not in key}
+    with mpl.rc_context(settings | _RC):
+        yield
+
+
+@styled()
+def draw(data: FigureData, *, captions: bool = True) -> Figure:
+    """Draw a figure.
+
+    Parameters
+    ----------
+    data
+        What is drawn.
+    captions
+        Whether title, setting and caption are written above, or left to the text around.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Outside pyplot: nothing has to be closed.
+    """
+    lines = _heading(data) if captions else []
+    width, height = data.size
+    figure = Figure((width, height + _LINE_HEIGHT * len(lines)), layout="constrained")
+    if lines:
+        figure.suptitle("\n".join(lines))
+    layout = data.layout or (tuple(range(len(data.panels))),)
+    places = figure.subplot_mosaic(
+        [[str(number) for number in row] for row in layout],
+        sharex="x" in data.share,
+        sharey="y" in data.share,
+        width_ratios=data.widths or None,
+        height_ratios=data.heights or None,
+        empty_sentinel="-1",
+    )
+    looks = _looks(data)
+    entries: dict[str, Artist] = {}
+    for number, panel in enumerate(data.panels):
+        axes = places[str(number)]
+        found = _draw_panel(axes, panel, looks)
+        if panel.legend:
+            axes.legend(handles=list(found.values()), loc="best")
+        else:
+            entries = found | entries if number else found
+    if data.share:
+        _label_outer([places[str(number)] for number in range(len(data.panels))], data.share)
+    banded = any(one.band is not None and not one.empty for p in data.panels for one in p.series)
+    for text, look in data.key:
+        entries[text] = _entry(text, look)
+    if data.band and banded:
+        entries[data.band] = Patch(facecolor="0.6", alpha=0.5, label=data.band)
+    if entries:
+        _add_legend(figure, list(entries.values()))
+    return figure
+
+
+def _entry(text: str, look: Look) -> Artist:
+    """Return an entry of the legend that belongs to no series."""
+    if look.marker == AREA:
+        return Patch(facecolor=look.colour, label=text)
+    return Line2D(
+        [], [], color=look.colour, linestyle=look.line, marker=look.marker, linewidth=1.0,
+        markerfacecolor="white", label=text,
+    )  # fmt: skip
+
+
+def _heading(data: FigureData) -> list[str]:
+    """Return the lines above the panels, wrapped at the figure's width."""
+    most = int(1.25 * _CHARACTERS_PER_INCH * data.size[0])
+    texts = (data.title, data.setting, *data.caption.split("\n"))
+    return [line for text in texts if text for line in textwrap.wrap(text, most)]
+
+
+def _looks(data: FigureData) -> dict[str, Look]:
+    """Return the looks of the series that have none of their own, by name."""
+    names = [one.name for panel in data.panels for one in panel.series if one.look is None]
+    return scheme_looks(list(dict.fromkeys(names)))
+
+
+def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, Look]) -> dict[str, Artist]:
+    """Draw a panel and return the legend's entries by name."""
+    axes.set_title(panel.title)
+    entries: dict[str, Artist] = {}
+    for guide in panel.guides:
+        artist = _draw_guide(axes, guide)
+        if guide.name:
+            entries.setdefault(guide.name, artist)
+    drawn: dict[str, Artist] = {}
+    for one in panel.series:
+        artist = _draw_series(axes, one, one.look or looks[one.name], log=panel.y.log)
+        if one.legend:
+            drawn.setdefault(one.name, artist)
+    if all(one.empty for one in panel.series):
+        _write(axes, Note(panel.empty, 0.5, 0.5, FAINT, inside=True))
+    _set_axis(axes, panel.x, "x")
+    _set_axis(axes, panel.y, "y")
+    for note in panel.notes:
+        _write(axes, note)
+    if panel.equal:
+        axes.set_aspect("equal")
+    return drawn | entries
+
+
+def _draw_series(axes: Axes, one: Series, look: Look, *, log: bool) -> Artist:
+    """Draw one series and return the legend's entry for it."""
+    if one.empty:
+        return Line2D(
+            [], [], color=look.colour, marker=look.marker, linestyle="", alpha=0.5,
+            markerfacecolor="white", label=f"{one.name} (none)",
+        )  # fmt: skip
+    y = np.where(np.asarray(one.y) > 0, one.y, np.nan) if log else one.y
+    if one.kind == "points":
+        return _draw_points(axes, one, look)
+    if one.band is not None:
+        low, high = one.band.T
+        strength = 1.0 if one.kind == "band" else 0.2
+        axes.fill_between(
+            np.asarray(one.x, dtype=float), low, high, color=look.colour, alpha=strength,
+            linewidth=0, zorder=1.2 if one.kind == "band" else 1.5,
+        )  # fmt: skip
+    if one.kind == "band":
+        return Patch(facecolor=look.colour, label=one.name)
+    long = len(one.x) > _LONG
+    width = _FINE if long and one.kind == "curve" else one.width
+    marker = look.marker if one.kind == "curve" else ""
+    (line,) = axes.plot(
+        one.x, y, color=look.colour, linestyle=look.line, linewidth=width, marker=marker,
+        markevery=max(1, math.ceil(len(one.x) / _MARKERS)), markerfacecolor="white",
+        label=one.name, zorder=2.5,
+    )  # fmt: skip
+    if one.arrow:
+        _draw_arrow(axes, one, look.colour)
+    return line
+
+
+def _draw_points(axes: Axes, one: Series, look: Look) -> Artist:
+    face = "white" if one.hollow else look.colour
+    looks: dict[str, Any] = {
+        "color": look.colour, "marker": look.marker, "markerfacecolor": face, "label": one.name,
+        "linestyle": look.line, "zorder": 3,
+    }  # fmt: skip
+    if one.band is None:
+        return axes.plot(one.x, one.y, **looks)[0]
+    centre = np.asarray(one.x if one.sideways else one.y, dtype=float)
+    ends = np.abs(one.band.T - centre)
+    errors = {"xerr" if one.sideways else "yerr": ends}
+    bars: Any = axes.errorbar(one.x, one.y, capsize=2, **errors, **looks)
+    return bars  # type: ignore[no-any-return]
+
+
+def _draw_arrow(axes: Axes, one: Series, colour: str) -> None:
+    """Point an arrow of fixed size along the end of a line; draw a dot if it does not move."""
+    path = np.stack([np.asarray(one.x, dtype=float), np.asarray(one.y, dtype=float)], axis=-1)
+    path = path[np.isfinite(path).all(axis=1)]
+    step = path[-1] - path[max(len(path) - 10, 0)]
+    length = float(np.hypot(*step))
+    if length < 1e-6:
+        axes.plot(*path[-1:].T, color=colour, marker="o", linestyle="", zorder=4)
+        return
+    tail = tuple(-14.0 * step / length)
+    arrow = {
+        "arrowstyle": "-|>", "color": colour, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0,
+        "mutation_scale": 9,
+    }  # fmt: skip
+    axes.annotate(
+        "", tuple(path[-1]), xytext=tail, textcoords="offset points", zorder=4, arrowprops=arrow
+    )
+
+
+def _draw_guide(axes: Axes, guide: Guide) -> Artist:
+    """Draw a reference line or range and return the legend's entry for it."""
+    look = guide.look
+    if guide.to is not None:
+        span = axes.axvspan if guide.axis == "x" else axes.axhspan
+        span(guide.at, guide.to, color=look.colour, alpha=guide.alpha, linewidth=0, zorder=0.5)
+        edge = "0.7" if look.colour == SHADE else look.colour
+        return Patch(facecolor=look.colour, alpha=guide.alpha, edgecolor=edge, label=guide.name)
+    style: dict[str, Any] = {
+        "color": look.colour, "linestyle": look.line, "linewidth": 0.8, "alpha": guide.alpha,
+    }  # fmt: skip
+    if guide.axis == "x":
+        axes.axvline(guide.at, ymax=guide.reach, zorder=1.6, **style)
+    else:
+        axes.axhline(guide.at, xmax=guide.reach, zorder=1.4, **style)
+    return Line2D([], [], label=guide.name, **style)
+
+
+def _write(axes: Axes, note: Note) -> None:
+    if note.between is not None:
+        low, high = note.between
+        arrow = {"arrowstyle": "<->", "color": "0.25", "linewidth": 0.8, "shrinkA": 2, "shrinkB": 2}
+        axes.annotate("", (note.x, high), (note.x, low), arrowprops=arrow, zorder=4)
+    axes.annotate(
+        note.text, (note.x, note.y), note.offset, textcoords="offset points",
+        xycoords="axes fraction" if note.inside else "data", color=note.colour, ha=note.align,
+        va="center", fontweight="bold" if note.bold else "normal", zorder=6,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+    )  # fmt: skip
+
+
+def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
+    """Set label, scale, limits and ticks of one axis."""
+    own = axes.xaxis if which == "x" else axes.yaxis
+    set_limits = axes.set_xlim if which == "x" else axes.set_ylim
+    own.set_label_text(str(axis))
+    if axis.log:
+        _scale_log(axes, which)
+    if axis.limits != (None, None):
+        set_limits(*axis.limits)
+    if axis.ticks:
+        own.set_ticks(axis.ticks, list(axis.names) or [f"{tick:g}" for tick in axis.ticks])
+        own.set_minor_formatter(NullFormatter())
+        own.set_tick_params(which="minor", length=0)
+    elif not axis.log:
+        integer = axis.name in ("Slot", "Horizon", "Frame")
+        most = 10 if integer else 6 if which == "x" else 7
+        own.set_major_locator(MaxNLocator(nbins=most, steps=[1, 2, 2.5, 5, 10], integer=integer))
+        if axis.unit and not integer:
+            _scale_power(axes, axis, which)
+
+
+def _scale_log(axes: Axes, which: str) -> None:
+    """Give an axis a logarithmic scale with plain numbers, several of them on a short one."""
+    own = axes.xaxis if which == "x" else axes.yaxis
+    (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+    (axes.set_xmargin if which == "x" else axes.set_ymargin)(0.08)
+    axes.autoscale_view()
+    low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
+    finer = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0) if high < 12.0 * low else (1.0, 2.0, 5.0)
+    subs = finer if high < 200.0 * low else (1.0,)
+    own.set_major_locator(LogLocator(subs=subs, numticks=12 if high < 1e4 * low else 6))
+    own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    own.set_minor_formatter(NullFormatter())
+
+
+def _scale_power(axes: Axes, axis: Axis, which: str) -> None:
+    """Write the ticks of small or large values in thousandths, thousands, ... and say so."""
+    own = axes.xaxis if which == "x" else axes.yaxis
+    most = float(np.max(np.abs(axes.get_xlim() if which == "x" else axes.get_ylim())))
+    power = 3 * math.floor(math.log10(most) / 3) if most > 0 and math.isfinite(most) else 0
+    if power == 0 or 0.05 <= most < 2e4:
+        return
+    own.set_label_text(f"{axis.name} ($10^{{{power}}}$ {axis.unit})")
+
+    def write(value: float, _: int | None) -> str:
+        ticks = own.get_majorticklocs() / 10.0**power
+        exact = (d for d in range(4) if np.allclose(ticks, np.round(ticks, d), atol=1e-9))
+        return f"{value / 10.0**power:.{next(exact, 4)}f}"
+
+    own.set_major_formatter(FuncFormatter(write))
+
+
+def _label_outer(panels: Sequence[Axes], share: str) -> None:
+    """Leave out the labels that the panels below or to the left have already."""
+    for axes in panels:
+        place = axes.get_subplotspec()
+        if place is None:
+            continue
+        alike = [other.get_subplotspec() for other in panels]
+        below = any(o and o.rowspan.start > place.rowspan.start
+                    and o.colspan.start == place.colspan.start for o in alike)  # fmt: skip
+        if "x" in share and below:
+            axes.set_xlabel("")
+            axes.tick_params(labelbottom=False)
+        if "y" in share and not place.is_first_col():
+            axes.set_ylabel("")
+            axes.tick_params(labelleft=False)
+
+
+def _add_legend(figure: Figure, handles: Sequence[Artist]) -> None:
+    """Put the legend below the axes, where it covers no data, in as few rows as fit.
+
+    Long labels are wrapped. The figure grows with a legend of many rows, so that the axes keep
+    their size.
+    """
+    most = int(_CHARACTERS_PER_INCH * figure.get_figwidth())
+    for handle in handles:
+        handle.set_label(wrap_name(str(handle.get_label()), most))
+    for columns in range(min(len(handles), _LEGEND_COLUMNS), 0, -1):
+        legend = figure.legend(
+            handles=list(handles), loc="outside lower center", ncols=columns, borderaxespad=0.2
+        )
+        extent = legend.get_window_extent()
+        if columns == 1 or extent.width <= 0.93 * figure.bbox.width:
+            extra = extent.height / figure.dpi - _USUAL_LEGEND
+            figure.set_figheight(figure.get_figheight() + max(0.0, extra))
+            return
+        legend.remove()
+
+
+def wrap_name(text: str, most: int) -> str:
+    """Break a name, after commas where possible, into lines of so many characters at most."""
+    lines = [""]
+    for piece in re.findall(rf"[^, ]{{1,{most}}}[, ]*|[, ]+", text):
+        if lines[-1] and len(lines[-1] + piece.rstrip()) > most:
+            lines.append("")
+        lines[-1] += piece
+    return "\n".join(line.rstrip() for line in lines)

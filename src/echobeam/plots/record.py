@@ -1,0 +1,302 @@
+"""Figures as records, from which the picture, the table and the JSON document all come."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from echobeam.plots.looks import REFERENCE, Look
+from echobeam.values import Array
+
+Layout = tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One axis of a panel.
+
+    Attributes
+    ----------
+    name, unit
+        Quantity and its unit; a picture may write the unit with a power of ten.
+    log
+        Whether the scale is logarithmic; values that are not positive are gaps there.
+    limits
+        Both ends, None where the data decide.
+    ticks, names
+        Places of the ticks, and what is written there; none where matplotlib chooses.
+    """
+
+    name: str
+    unit: str = ""
+    log: bool = False
+    limits: tuple[float | None, float | None] = (None, None)
+    ticks: tuple[float, ...] = ()
+    names: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Return the heading of a column."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Values over values, with an interval where there is one.
+
+    Attributes
+    ----------
+    name
+        What it is called in the legend and in the table.
+    x, y
+        ``(n,)``; NaN makes a gap.
+    band
+        ``(n, 2)``: the lower and upper end of the interval of ``y`` (of ``x`` if ``sideways``).
+    look
+        Colour, marker and line style; by default those of the scheme of this name.
+    kind
+        ``"curve"``: a line with markers; ``"line"``: a plain line; ``"points"``: markers with
+        error bars; ``"band"``: the interval alone.
+    width
+        Width of a plain line, points.
+    legend
+        Whether the legend names it.
+    arrow
+        Whether the line ends in the head of an arrow.
+    sideways
+        Whether the intervals are those of ``x``.
+    hollow
+        Points whose markers are not filled.
+    """
+
+    name: str
+    x: npt.NDArray[np.generic]
+    y: npt.NDArray[np.generic]
+    band: Array | None = None
+    look: Look | None = None
+    kind: Literal["curve", "line", "points", "band"] = "curve"
+    width: float = 1.3
+    legend: bool = True
+    arrow: bool = False
+    sideways: bool = False
+    hollow: bool = False
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is no number in it."""
+        found = self.band if self.kind == "band" and self.band is not None else self.y
+        return not np.isfinite(np.asarray(found, dtype=float)).any()
+
+
+@dataclass(frozen=True, slots=True)
+class Guide:
+    """A reference across a panel: one value of an axis, or the range between two.
+
+    ``reach`` is the share of the panel that a single value's line crosses.
+    """
+
+    axis: Literal["x", "y"]
+    at: float
+    to: float | None = None
+    look: Look = REFERENCE
+    name: str = ""
+    alpha: float = 1.0
+    reach: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A text in a panel, at a place in data or (``inside``) as shares of the panel.
+
+    ``between`` draws a double arrow along ``y`` from one value to another.
+    """
+
+    text: str
+    x: float
+    y: float
+    colour: str = "black"
+    inside: bool = False
+    offset: tuple[float, float] = (0.0, 0.0)
+    align: Literal["left", "center", "right"] = "center"
+    bold: bool = False
+    between: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """One pair of axes.
+
+    Attributes
+    ----------
+    empty
+        What is written where no series holds a number.
+    equal
+        Whether a metre is as long upwards as sideways.
+    legend
+        Whether the panel has a legend of its own.
+    """
+
+    x: Axis
+    y: Axis
+    series: tuple[Series, ...]
+    title: str = ""
+    guides: tuple[Guide, ...] = ()
+    notes: tuple[Note, ...] = ()
+    empty: str = "nothing to show"
+    equal: bool = False
+    legend: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class FigureData:
+    """A figure: what it shows, in which setting, and all numbers in it.
+
+    Attributes
+    ----------
+    id
+        Its name among the figures.
+    title, setting, caption
+        What is shown; the scenario's values; what bands and marks mean.
+    panels
+        In the order of ``layout``.
+    layout
+        Rows of the panels' numbers, a number repeated where a panel spans several cells and -1
+        where a cell is empty; one row by default.
+    widths, heights
+        Ratios of columns and rows.
+    size
+        Inches without the title, see `looks.COLUMN` and `looks.PAGE`.
+    share
+        Which axes all panels have in common.
+    band
+        What shaded intervals are, as the legend says it.
+    key
+        Further entries of the legend: what is said, and the look that it is said of.
+    """
+
+    id: str
+    title: str
+    panels: tuple[Panel, ...]
+    setting: str = ""
+    caption: str = ""
+    layout: Layout = ()
+    widths: tuple[float, ...] = ()
+    heights: tuple[float, ...] = ()
+    size: tuple[float, float] = (3.5, 2.75)
+    share: Literal["", "x", "y", "xy"] = ""
+    band: str = ""
+    key: tuple[tuple[str, Look], ...] = ()
+
+    def retitled(self, title: str | None) -> FigureData:
+        """Return the figure under another title, or as it is if there is none."""
+        return self if title is None else replace(self, title=title)
+
+    def csv(self) -> str:
+        """Return all numbers as a tidy table, one row per value; a missing number is empty."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        columns = ("panel", "series", "x quantity", "x", "y quantity", "y", "low", "high")
+        writer.writerow(columns)
+        writer.writerows(self._rows())
+        return out.getvalue()
+
+    def json(self) -> str:
+        """Return the figure as a JSON document; a missing number is null."""
+        document = {
+            "id": self.id,
+            "title": self.title,
+            "setting": self.setting,
+            "caption": self.caption,
+            "interval": self.band,
+            "panels": [_panel_document(panel) for panel in self.panels],
+        }
+        return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+    def _rows(self) -> Iterator[tuple[str, ...]]:
+        for number, panel in enumerate(self.panels):
+            heading = panel.title.replace("\n", ", ") or str(number + 1)
+            for one in panel.series:
+                ends = one.band if one.band is not None else np.full((len(one.x), 2), np.nan)
+                for x, y, (low, high) in zip(one.x, one.y, ends, strict=True):
+                    numbers = (str(panel.x), _cell(x), str(panel.y), _cell(y))
+                    yield (heading, one.name, *numbers, _cell(low), _cell(high))
+            for guide in panel.guides:
+                for at in (guide.at,) if guide.to is None else (guide.at, guide.to):
+                    places = (_cell(at), "") if guide.axis == "x" else ("", _cell(at))
+                    if guide.name:
+                        named = (str(panel.x), places[0], str(panel.y), places[1])
+                        yield (heading, guide.name, *named, "", "")
+
+
+def interval_series(
+    name: str,
+    x: npt.ArrayLike,
+    found: tuple[Array, Array],
+    look: Look | None = None,
+    scale: float = 1.0,
+) -> Series:
+    """Return a curve from values ``(n,)`` and their intervals ``(n, 2)``, both times ``scale``."""
+    value, band = found
+    return Series(name, np.asarray(x), scale * value, scale * band, look)
+
+
+def quantile_series(
+    name: str, x: npt.ArrayLike, samples: Array, look: Look | None = None
+) -> Series:
+    """Return the median over the first axis, with the band between 5 % and 95 % quantiles."""
+    low, centre, high = np.nanquantile(samples, [0.05, 0.5, 0.95], axis=0)
+    return Series(name, np.asarray(x), centre, np.stack([low, high], axis=-1), look)
+
+
+def grid(count: int, columns: int) -> Layout:
+    """Return the layout of so many panels in rows of ``columns``."""
+    rows = math.ceil(count / columns)
+    cells = [number if number < count else -1 for number in range(rows * columns)]
+    return tuple(tuple(cells[row * columns : (row + 1) * columns]) for row in range(rows))
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, str):
+        return value
+    number = float(value)  # type: ignore[arg-type]
+    return f"{number:.9g}" if math.isfinite(number) else ""
+
+
+def _number(value: object) -> object:
+    if isinstance(value, str):
+        return value
+    number = float(value)  # type: ignore[arg-type]
+    return number if math.isfinite(number) else None
+
+
+def _numbers(values: Sequence[object] | npt.NDArray[np.generic]) -> list[object]:
+    return [_number(value) for value in values]
+
+
+def _panel_document(panel: Panel) -> dict[str, object]:
+    return {
+        "title": panel.title,
+        "x": {"name": panel.x.name, "unit": panel.x.unit},
+        "y": {"name": panel.y.name, "unit": panel.y.unit},
+        "series": [
+            {"name": one.name, "x": _numbers(one.x), "y": _numbers(one.y)}
+            | ({} if one.band is None else {
+                "low": _numbers(one.band[:, 0]), "high": _numbers(one.band[:, 1])
+            })
+            for one in panel.series
+        ],
+        "references": [
+            {"name": guide.name, "axis": guide.axis, "at": _number(guide.at)}
+            | ({} if guide.to is None else {"to": _number(guide.to)})
+            for guide in panel.guides
+            if guide.name
+        ],
+        "notes": [note.text for note in panel.notes],
+    }  # fmt: skip

@@ -1,0 +1,224 @@
+"""Sources of pictures: a result, what of it is shown, and its statistics, computed once."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from echobeam.faults import InputError
+from echobeam.plots.looks import SHADE, Look, scheme_looks
+from echobeam.plots.record import Axis, FigureData, Guide, Panel
+from echobeam.scenario.checking import ScenarioError, checked
+from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import split
+from echobeam.simulation.statistics import Statistics, of_scheme
+from echobeam.simulation.summary import result_statistics
+from echobeam.values import Array, Mode
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_SLOTS = 60
+"""Longer runs are shown frame by frame: a curve through hundreds of slots is a smear."""
+
+
+class PlotError(InputError):
+    """A picture that cannot be drawn from this result, or not under this name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What is shown of a result.
+
+    Attributes
+    ----------
+    schemes
+        Names; all by default. Pictures of one scheme show the first, by default ``temporal``.
+    trial
+        For pictures of one trial: its number in the file, from 0.
+    slots
+        Slots counted from 1; those of the patterns, and the range of the others.
+    x, quantity
+        Of a sweep: the key along the axis, and the quantity over it.
+    title
+        Instead of the scenario's name.
+    """
+
+    schemes: tuple[str, ...] = ()
+    trial: int = 0
+    slots: tuple[int, ...] = ()
+    x: str | None = None
+    quantity: str | None = None
+    title: str | None = None
+
+
+class Source:
+    """A result with the choice of what is shown of it.
+
+    Raises
+    ------
+    PlotError
+        If the result holds no such scheme, trial or slot, or is none.
+    """
+
+    def __init__(self, result: xr.Dataset, choice: Choice | None = None) -> None:
+        self.choice = Choice() if choice is None else choice
+        missing = [
+            name for name in ("scheme", "trial", "slot", "object") if name not in result.dims
+        ]
+        if missing:
+            raise PlotError(
+                f"not a result of `echobeam run`: no dimension {', '.join(missing)} "
+                "(select with a list, as in result.isel(trial=[0]), to keep it)"
+            )
+        if not result.sizes["scheme"]:
+            raise PlotError("the result holds no scheme")
+        held = [str(name) for name in result["scheme"].values]
+        for name in self.choice.schemes:
+            if name not in held:
+                raise PlotError(f"the result holds no scheme {name!r}; it holds {', '.join(held)}")
+        self.names = self.choice.schemes or tuple(held)
+        self.result = result.isel(scheme=[held.index(name) for name in self.names])
+        self._check_slots()
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """The scenario that was run."""
+        try:
+            document = tomllib.loads(str(self.result.attrs["scenario"]))
+            return checked(Scenario, document, "the result's scenario")
+        except (KeyError, tomllib.TOMLDecodeError, ScenarioError) as error:
+            raise PlotError(f"the result does not say its scenario: {error}") from None
+
+    @cached_property
+    def parts(self) -> dict[str, Statistics]:
+        """Every scheme's statistics."""
+        whole = result_statistics(self.result, self.scenario)
+        return {name: of_scheme(whole, index) for index, name in enumerate(self.names)}
+
+    @cached_property
+    def looks(self) -> dict[str, Look]:
+        """Every scheme's look."""
+        return scheme_looks(self.names)
+
+    @property
+    def trials(self) -> int:
+        """Number of trials."""
+        return int(self.result.sizes["trial"])
+
+    @cached_property
+    def slots(self) -> Array:
+        """Numbers of the slots, ``(n,)``."""
+        return np.asarray(self.result["slot"].values, dtype=float)
+
+    @property
+    def pooled(self) -> int:
+        """Slots behind each value of a curve over the slots: one, or a frame of a long run."""
+        frame, count = self.scenario.frame.slots_per_frame, self.slots.size
+        return frame if count > MOST_SLOTS and count % frame == 0 else 1
+
+    def pool(self, values: Array) -> Array:
+        """Return sums over the slots behind each value, ``(..., n)`` to ``(..., n / pooled)``."""
+        summed: Array = values.reshape(*values.shape[:-1], -1, self.pooled).sum(axis=-1)
+        return summed
+
+    @property
+    def x(self) -> Array:
+        """Places of the curves' values on the axis of slots."""
+        centres: Array = self.slots.reshape(-1, self.pooled).mean(axis=1)
+        return centres
+
+    def slot_axis(self) -> Axis:
+        """Return the axis that counts slots, half a slot of room at both ends."""
+        shown = self.choice.slots or (int(self.slots[0]), int(self.slots[-1]))
+        words = f"{self.scenario.frame.slot * 1e3:g} ms each"
+        return Axis("Slot", words, limits=(min(shown) - 0.5, max(shown) + 0.5))
+
+    def omni_guides(self) -> tuple[Guide, ...]:
+        """Return the shaded slots without directional beams.
+
+        A scheme that never sends directional beams (omni) says nothing about the frame, nor does
+        a slot in which trials differ.
+        """
+        phase = self.result["phase"].transpose("scheme", "slot").values.astype(str)
+        phase = phase[np.isin(phase, ["directional", "mixed"]).any(axis=1)]
+        if self.pooled > 1 or not phase.size:
+            return ()
+        kinds = [kind for kind in ("omni", "pilot") if (phase == kind).any()]
+        shaded = np.isin(phase, kinds).any(axis=0)
+        look, name = Look(SHADE), " or ".join(kinds) + " slot"
+        at = self.slots[shaded]
+        edges = np.flatnonzero(np.diff(at, prepend=-np.inf) > 1)
+        return tuple(
+            Guide("x", float(spell[0]) - 0.5, float(spell[-1]) + 0.5, look, name)
+            for spell in np.split(at, edges[1:])
+            if spell.size
+        )
+
+    def setting(self, scheme: str = "", *, one_trial: bool = False) -> str:
+        """Return the scenario's values as a title has them: antennas, height, trials."""
+        parts = [scheme] * bool(scheme) + [
+            f"$N_t$ = {self.scenario.array.n_tx}",
+            f"$h$ = {self.scenario.uav.height:g} m",
+            f"trial {self.choice.trial} of 0 to {self.trials - 1}"
+            if one_trial
+            else f"{self.trials} trial{'' if self.trials == 1 else 's'}",
+        ]
+        if self.pooled > 1 and not one_trial:
+            parts.append(f"frames of {self.pooled} slots")
+        return ", ".join(parts)
+
+    @property
+    def title(self) -> str:
+        """The title asked for, or the scenario's name."""
+        # A $ in a name would open a formula.
+        return self.choice.title or self.scenario.name.replace("$", r"\$")
+
+    def one_scheme(self) -> str:
+        """Return the scheme that a picture of one shows.
+
+        It is the first that was chosen, else temporal or the first of its variants, else the
+        first with directional slots.
+        """
+        if self.choice.schemes:
+            return self.choice.schemes[0]
+        variants = [name for name in self.names if split(name)[0] == "temporal"]
+        variants.sort(key=lambda name: name != "temporal")
+        directional = (self.result["mode"] == Mode.DIRECTIONAL).any(("trial", "slot")).values
+        others = (name for name, some in zip(self.names, directional, strict=True) if some)
+        return next(iter(variants), next(others, self.names[0]))
+
+    def one_trial(self, *variables: str) -> xr.Dataset:
+        """Return some variables of the chosen trial and scheme."""
+        if not 0 <= self.choice.trial < self.trials:
+            raise PlotError(
+                f"the result holds no trial {self.choice.trial}; it holds 0 to {self.trials - 1}"
+            )
+        self.check(*variables)
+        part = self.result[list(variables)].isel(trial=self.choice.trial)
+        return part.isel(scheme=self.names.index(self.one_scheme()))
+
+    def check(self, *variables: str) -> None:
+        """Raise `PlotError` if the result lacks one of these variables."""
+        missing = [name for name in variables if name not in self.result.variables]
+        if missing:
+            raise PlotError(f"the result holds no {', '.join(missing)}; is it from `echobeam run`?")
+
+    def _check_slots(self) -> None:
+        numbers = [int(slot) for slot in self.result["slot"].values]
+        unknown = [str(slot) for slot in self.choice.slots if slot not in numbers]
+        if unknown:
+            raise PlotError(
+                f"the result holds no slot {', '.join(unknown)}; "
+                f"it holds {numbers[0]} to {numbers[-1]}"
+            )
+
+
+def empty_figure(source: Source, kind: str, why: str) -> FigureData:
+    """Return a figure that says why there is nothing to see."""
+    panel = Panel(Axis(""), Axis(""), (), empty=why)
+    return FigureData(kind, source.title, (panel,), source.setting())
