@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import logging
 import os
 import sys
 from importlib import import_module
@@ -67,9 +69,7 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; faults become one message and an exit status."""
-    # one thread of linear algebra: our matrices are small, and results must not depend on it
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+    _settle()
     try:
         cli.main(standalone_mode=False)
     except click.ClickException as error:
@@ -97,6 +97,18 @@ def main() -> None:
             "Please report it; ECHOBEAM_DEBUG=1 shows where it happened.",
             FAILED,
         )
+
+
+def _settle() -> None:
+    """Make what surrounds this process not matter: threads, a notebook's display, encodings."""
+    # one thread of linear algebra: our matrices are small, and results must not depend on it
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    os.environ["MPLBACKEND"] = "agg"  # pictures go to files; a notebook's may not be installed
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal of few letters, a file of odd bytes
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _fail(message: str, status: int) -> None:
