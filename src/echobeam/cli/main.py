@@ -61,8 +61,25 @@ class LazyGroup(click.Group):
             formatter.write_dl(list(COMMANDS.items()))
 
 
+def _print_version(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    """Print the version, and what else the numbers of a run depend on."""
+    if not asked or context.resilient_parsing:
+        return
+    from echobeam.simulation.environment import environment
+
+    click.echo("\n".join([f"echobeam, version {__version__}", *environment().split("; ")]))
+    context.exit()
+
+
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="echobeam")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Print the version, and those of Python, the libraries and the processor.",
+)
 def cli() -> None:
     """Sensing-assisted predictive beamforming: echo, estimate, track, predict, optimise, rate."""
 
