@@ -51,7 +51,7 @@ def echobeam(*arguments, cwd=None, stdin=None):
 def process(*arguments, cwd=None):
     command = [sys.executable, "-c", "from echobeam.cli.main import main; main()"]
     return subprocess.run(
-        [*command, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120
+        [*command, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=600
     )
 
 

@@ -75,7 +75,7 @@ def test_a_worker_killed_in_mid_run_costs_nothing(cluster, tmp_path):
 
 @pytest.mark.slow
 def test_no_scheduler_is_one_message(tmp_path, monkeypatch):
-    monkeypatch.setattr("echobeam.store.cluster.PATIENCE", 2.0)
+    monkeypatch.setattr("echobeam.store.cluster.PATIENCE", 5.0)
     with pytest.raises(ClusterError, match=r"127\.0\.0\.1:9.*no scheduler answers"):
         record(recording(tmp_path / "r.nc", workers=Workers(dask="tcp://127.0.0.1:9")))
     assert not list(tmp_path.iterdir())
@@ -113,7 +113,7 @@ def listening(answer=b""):
     ],
 )
 def test_what_listens_and_is_no_scheduler_is_one_message(tmp_path, monkeypatch, answer):
-    monkeypatch.setattr("echobeam.store.cluster.PATIENCE", 2.0)
+    monkeypatch.setattr("echobeam.store.cluster.PATIENCE", 5.0)
     with (
         listening(answer) as port,
         pytest.raises(ClusterError, match=r"no Dask scheduler.*8786, and 8787"),
@@ -227,16 +227,16 @@ def servers(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("lost", "signal_", "words"),
+    ("lost", "signal_", "patience", "words"),
     [
-        ("scheduler", signal.SIGKILL, "the Dask scheduler tcp://.* is lost"),
-        ("scheduler", signal.SIGSTOP, "the Dask scheduler tcp://.* is lost"),
-        ("worker", signal.SIGKILL, "no worker is left at the Dask scheduler tcp://"),
+        ("scheduler", signal.SIGKILL, 15.0, "the Dask scheduler tcp://.* is lost"),
+        ("scheduler", signal.SIGSTOP, 3.0, "the Dask scheduler tcp://.* is lost"),
+        ("worker", signal.SIGKILL, 10.0, "no worker is left at the Dask scheduler tcp://"),
     ],
     ids=["scheduler killed", "scheduler stopped", "last worker killed"],
 )
 def test_what_is_lost_in_mid_run_is_one_message_and_resumed(
-    tmp_path, monkeypatch, servers, lost, signal_, words
+    tmp_path, monkeypatch, servers, lost, signal_, patience, words
 ):
     monkeypatch.setattr("echobeam.store.cluster.ASK_AGAIN", 0.5)
     scheduler, address = servers("scheduler")
@@ -246,7 +246,7 @@ def test_what_is_lost_in_mid_run_is_one_message_and_resumed(
     def progress(done, total):
         if not hit.is_set():
             hit.set()
-            monkeypatch.setattr("echobeam.store.cluster.PATIENCE", 3.0)
+            monkeypatch.setattr("echobeam.store.cluster.PATIENCE", patience)
             {"scheduler": scheduler, "worker": worker}[lost].send_signal(signal_)
 
     with pytest.raises(RunError, match=rf"{words}.*; \d+ of \d+ blocks are kept .*--resume"):
@@ -324,6 +324,7 @@ def test_workers_that_come_later_get_work_too(monkeypatch):
             if done == 5:
                 assert naps.most <= 2
                 cluster.scale(3)
+                cluster.wait_for_workers(3, timeout=600)
 
         do_on_cluster(naps, naps.missing(), cluster.scheduler_address, progress)
         assert sorted(naps.written) == naps.missing()

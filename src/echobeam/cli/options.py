@@ -42,6 +42,7 @@ overrides = click.option(
 )
 trace = click.option(
     "--trace",
+    type=click.Path(),
     metavar="FILE",
     help="Move the objects by a SUMO FCD XML or a CSV trace; either may be .gz.",
 )

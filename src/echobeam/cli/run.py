@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command("run")
-@click.argument("scenario")
+@click.argument("scenario", type=click.Path())
 @options.scheme
 @options.trials
 @options.seed

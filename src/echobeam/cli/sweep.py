@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @click.command("sweep")
-@click.argument("scenario")
+@click.argument("scenario", type=click.Path())
 @click.option(
     "--vary",
     "varied",
