@@ -37,7 +37,7 @@ LONGEST_NAME = 200
 class Scenario(Table):
     """Complete, validated scenario; see the scenario file's reference in the documentation."""
 
-    name: str
+    name: Annotated[str, Field(min_length=1)]
     description: str = ""
     schemes: tuple[Annotated[str, Field(min_length=1)], ...] = DEFAULT_SCHEMES
     trials: Count = 200
