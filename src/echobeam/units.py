@@ -14,6 +14,9 @@ from echobeam.faults import InputError
 SPEED_OF_LIGHT = 299_792_458.0
 """Speed of light in vacuum, m/s (exact by definition of the metre)."""
 
+BOLTZMANN = 1.380649e-23
+"""Boltzmann's constant, J/K (exact by definition of the kelvin)."""
+
 _DEG = math.pi / 180.0
 
 UNITS: dict[str, dict[str, float]] = {
@@ -32,7 +35,12 @@ _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?
 
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?[\d.]*\d,\d")
 
-_DECIBELS = ("db", "dbm", "dbw", "dbi")
+_RATIOS = ("db", "dbi")
+
+_LEVELS = {"dbm": 1e-3, "dbw": 1.0}
+"""Levels of a power by their unit in small letters: what 0 is, W."""
+
+_WATTS = {"uW": 1e-6, "mW": 1e-3, "W": 1.0, "kW": 1e3}
 
 
 class QuantityError(InputError):
@@ -76,10 +84,8 @@ def parse_quantity(value: object, kind: str) -> float:
             raise QuantityError(f"{value!r} is not a number; expected {accepted(kind)}")
         number, unit = float(match[1]), match[2]
         if unit is not None:
-            if unit.lower() in _DECIBELS:
-                raise QuantityError(
-                    f"{value!r} is a level in decibels; powers and gains are linear here"
-                )
+            if kind == "number" and (said := _level(number, unit)):
+                raise QuantityError(f"{value!r} is {said}")
             if unit not in UNITS[kind]:
                 raise QuantityError(
                     f"unknown unit {unit!r} in {value!r}; expected {accepted(kind)}"
@@ -88,3 +94,26 @@ def parse_quantity(value: object, kind: str) -> float:
     if not math.isfinite(number):
         raise QuantityError(f"{value!r} is not finite; expected {accepted(kind)}")
     return number
+
+
+def _level(number: float, unit: str) -> str | None:
+    """Return in words what a level or a power in watts is; None for another unit."""
+    small = unit.lower()
+    if small in _RATIOS:
+        return (
+            f"a ratio of {_ratio(number):.5g} in power; expected a plain number: powers and gains "
+            "are linear"
+        )
+    if small in _LEVELS or unit in _WATTS:
+        watts = _ratio(number) * _LEVELS[small] if small in _LEVELS else number * _WATTS[unit]
+        return (
+            f"a power of {watts:.5g} W; expected a plain number: radio.power, radio.noise and "
+            "radar.noise are linear, in a unit of the scenario's own (echobeam describe says how "
+            "many watts 1 is)"
+        )
+    return None
+
+
+def _ratio(decibels: float) -> float:
+    """Return the ratio of a level in decibels; infinite where floats end."""
+    return 10.0 ** (decibels / 10.0) if decibels < 3000.0 else math.inf

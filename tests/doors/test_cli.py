@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 
 from echobeam.cli.main import COMMANDS, main
+from echobeam.cli.report import measured
 from echobeam.scenario import BUILT_IN, preset_text
 
 LIGHT = ["--scheme", "water-filling", "--scheme", "omni"]
@@ -92,6 +93,58 @@ def test_importing_the_package_is_light():
 
 def test_a_fault_in_a_process_of_its_own_has_status_2(tmp_path):
     refused(process("run", "nowhere.toml", cwd=tmp_path), "nowhere.toml")
+
+
+def test_describe_in_words_and_as_json(tmp_path):
+    text = echobeam("describe", "paper-single").stdout
+    for words in (
+        "P_T = 1 ",
+        "(-26.0 dBm)",
+        "(55.6 dBsm)",
+        "WARNING measurements reach",
+        "far field",
+    ):
+        assert words in text
+    assert max(map(len, text.splitlines())) <= 105
+    near = ("--set", "array.n_tx=256", "--set", 'radio.carrier="28 GHz"')
+    text = echobeam("describe", "paper-single", *near).stdout
+    assert "WARNING far field: waves are plane from 2 D^2 / lambda = 348 m on" in text
+    own = ("--set", "schemes.temporal.ripple=1")
+    assert "temporal (ripple=1), pilot" in echobeam("describe", "paper-multi", *own).stdout
+    document = json.loads(echobeam("describe", "paper-multi", "--json").stdout)
+    assert document["scenario"] == "paper-multi"
+    assert [one["name"] for one in document["objects"]] == ["object 1", "object 2"]
+    assert document["objects"][1]["snr"] == pytest.approx(5e-5)  # 1 / 141.4^2
+    (far,) = [one for one in document["assumptions"] if one["name"] == "far field"]
+    assert far["holds"] is True
+    (path,) = [one for one in document["assumptions"] if one["name"] == "line of sight"]
+    assert (path["holds"], path["value"]) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["paper-mutli"], ["paper-mutli", "paper-multi"]),
+        (["paper-multi", "--set", "radio.pwer=1"], ["radio.pwer", "power"]),
+        (["paper-multi", "--set", "radio.power=30 dBm"], ["30 dBm", "1 W", "linear"]),
+        (["paper-multi", "--set", "radio.power"], ["KEY=VALUE"]),
+        (["paper-multi", "--set", 'schemes=["temproal"]'], ["temproal"]),
+        (["paper-multi", "--trace", "nowhere.csv"], ["nowhere.csv"]),
+        ([], ["SCENARIO"]),
+    ],
+)
+def test_what_cannot_be_described_is_one_message_and_status_2(tmp_path, arguments, words):
+    refused(echobeam("describe", *arguments, cwd=tmp_path), *words)
+
+
+def test_a_run_within_the_near_field_warns_on_stderr(tmp_path):
+    near = ("--set", "array.n_tx=256", "--set", "frame.slots_per_frame=2", "--trials", 1)
+    run = ("run", "paper-single", "--scheme", "omni", *near, "--json", "--out")
+    done = echobeam(*run, "r.nc", cwd=tmp_path)
+    assert json.loads(done.stdout)["scenario"] == "paper-single"
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("warning")]
+    assert "far field of the array begins at 325 m" in line
+    assert echobeam(*run, "q.nc", "--quiet", cwd=tmp_path).stderr == ""
 
 
 def test_scenarios_are_listed_and_printed(tmp_path):
@@ -342,6 +395,25 @@ def test_a_sweeps_table_shows_values_as_they_were_given(tmp_path):
     assert "60 deg" in done.stdout
     assert "45 deg" in done.stdout
     assert f"{math.radians(60):.4f}" not in done.stdout
+
+
+def test_keys_vary_together_on_the_command_line(tmp_path):
+    vary = ("--vary", "array.n_tx,array.n_rx=8,16")
+    done = echobeam(*SWEEP, *vary, "--json", "--quiet", "--out", "s.nc", cwd=tmp_path)
+    document = json.loads(done.stdout)
+    assert document["vary"] == {"array.n_tx": [8, 16], "array.n_rx": [8, 16]}
+    settings = [point["settings"] for point in document["points"]]
+    assert settings == [{"array.n_tx": n, "array.n_rx": n} for n in (8, 16)]
+    done = echobeam(*SWEEP, *vary, "--out", "t.nc", cwd=tmp_path)
+    heads, *rows = done.stdout.splitlines()[2:5]
+    assert heads.split() == ["array.n_tx", "array.n_rx", "water-filling", "omni"]
+    for row, point in zip(rows, document["points"], strict=True):
+        assert row.split()[:2] == [str(point["settings"]["array.n_tx"])] * 2
+        mean = point["schemes"]["water-filling"]["frame_rate_mean"]
+        low, high = point["schemes"]["water-filling"]["frame_rate_interval"]
+        assert measured(mean, (low, high)) in row
+    again = echobeam(*SWEEP, *vary, "--resume", "--out", "t.nc", cwd=tmp_path)
+    assert again.stderr == "t.nc: is complete, nothing was to be done\n"
 
 
 @pytest.mark.slow

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from click.testing import CliRunner
 from matplotlib.text import Text
 
-from echobeam.plots import KINDS, PlotError, draw_all, picture_paths
+import echobeam as eb
+from echobeam.cli.plot import command
+from echobeam.faults import InputError
+from echobeam.plots import KINDS, PlotError, figures
+from echobeam.plots.drawing import draw
 
 from ..unit.plot_dataset import build_result
+from ..unit.plot_figures import figure_of
 
 ALL = ("temporal", "pilot", "water-filling", "genie", "omni", "pilot-needle", "pilot-predict")
 LONG_NAMES = (
@@ -96,7 +104,6 @@ CASES = {
     "high power": lambda: build_result(power=1e6),
     "huge rates and a long name": lambda: build_result(power=1e30, name="x_$" * 60),
     "UAV at the ground": lambda: build_result(height=1.0, speed=15.0, angles=(2.0, 178.0)),
-    "no scenario": lambda: build_result().assign_attrs(scenario=""),
 }
 
 
@@ -111,94 +118,91 @@ def result(request):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_picture_of_every_result_is_clean(result, kind):
+def test_every_picture_of_every_result_is_whole_and_warns_of_nothing(kind, result):
+    """Texts and axes lie within the picture, the legend covers none, letters can be printed."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        figure = KINDS[kind](result)
+        data = figure_of(kind, result)
+        figure = draw(data)
         figure.draw_without_rendering()
-    assert shown(figure), "an empty picture must say why"
-    assert_nothing_is_cut(figure)
-    assert_legend_covers_no_axes(figure)
-
-
-def shown(figure):
-    """Whether there is a line with data, or a text within the axes."""
-    for axes in figure.axes:
-        if any(text.get_text().strip() for text in axes.texts):
-            return True
-        if any(np.isfinite(np.asarray(line.get_ydata(), float)).any() for line in axes.lines):
-            return True
-    return False
-
-
-def assert_nothing_is_cut(figure):
-    """Texts and axes lie within the figure (a pixel's tolerance)."""
     box = figure.get_tightbbox()
     width, height = figure.get_size_inches()
-    assert box.x0 >= -0.02
-    assert box.y0 >= -0.02
-    assert box.x1 <= width + 0.02
-    assert box.y1 <= height + 0.02
-
-
-def assert_legend_covers_no_axes(figure):
+    assert max(-box.x0, -box.y0, box.x1 - width, box.y1 - height) < 0.02
     for legend in figure.legends:
-        box = legend.get_window_extent()
-        for axes in figure.axes:
-            assert not (axes.axison and box.overlaps(axes.get_window_extent()))
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_letters_are_large_enough_to_print(kind):
-    figure = KINDS[kind](build_result(ALL[:4], with_bound=True))
+        outline = legend.get_window_extent()
+        assert not any(
+            axes.axison and outline.overlaps(axes.get_window_extent()) for axes in figure.axes
+        )
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text()]
     assert min(sizes) >= 7.0
+    json.loads(data.json())
+    assert data.csv().startswith("panel,series,")
 
 
 @pytest.mark.slow
-def test_all_pictures_are_written_beside_the_stem(tmp_path):
-    written = draw_all(build_result(trials=2), tmp_path / "run.v2", ".png")
-    kinds = ("rate", "tracking", "patterns", "trajectories", "consistency", "forecast")
-    expected = [f"run.v2-{kind}.png" for kind in kinds]
-    assert [path.name for path in written] == expected
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(expected)
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in written)
-
-
-@pytest.mark.slow
-def test_a_result_file_gives_the_pictures_that_the_result_gives(tmp_path):
-    result = build_result(trials=3, with_bound=True)
+def test_the_file_and_the_order_of_dimensions_do_not_matter(tmp_path):
+    result = build_result(trials=3)
     result.to_netcdf(tmp_path / "result.nc", engine="h5netcdf")
     with xr.open_dataset(tmp_path / "result.nc", engine="h5netcdf") as stored:
-        from_file = draw_all(stored, tmp_path / "file", "png")
-    in_memory = draw_all(result, tmp_path / "memory", "png")
-    for one, two in zip(from_file, in_memory, strict=True):
-        assert one.read_bytes() == two.read_bytes()
-
-
-@pytest.mark.slow
-def test_the_order_of_dimensions_does_not_matter(tmp_path):
-    result = build_result(trials=3, with_bound=True)
+        from_file = {kind: data.json() for kind, data in figures(stored).items()}
     turned = result.transpose(*reversed(list(result.sizes)))
-    one = draw_all(result, tmp_path / "one")
-    two = draw_all(turned, tmp_path / "two")
-    assert [p.read_bytes() for p in one] == [p.read_bytes() for p in two]
+    for other in (result, turned):
+        assert {kind: data.json() for kind, data in figures(other).items()} == from_file
 
 
-def test_some_kinds_can_be_chosen(tmp_path):
-    (path,) = draw_all(build_result(trials=1), tmp_path / "a", "svg", kinds=["rate"])
-    assert path == tmp_path / "a-rate.svg"
-
-
-def test_unknown_kinds_and_suffixes_are_refused_before_anything_is_drawn(tmp_path):
-    with pytest.raises(PlotError, match="no such picture: pie; there are rate, tracking"):
-        picture_paths(tmp_path / "a", kinds=["rate", "pie"])
-    with pytest.raises(PlotError, match=r"cannot write a picture as '\.gif'"):
-        draw_all(build_result(trials=1), tmp_path / "a", ".gif")
-    assert not list(tmp_path.iterdir())
+def test_unknown_kinds_are_refused_before_anything_is_drawn():
+    with pytest.raises(PlotError, match="no such picture of a run: pie; there are rate, tracking"):
+        figures(build_result(trials=1), ["rate", "pie"])
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_another_dataset_is_refused_with_what_it_lacks(kind):
-    with pytest.raises(PlotError, match="the result holds no"):
-        KINDS[kind](xr.Dataset({"temperature": ("time", [1.0, 2.0])}))
+    with pytest.raises(PlotError, match="no dimension scheme, trial, slot, object"):
+        figures(xr.Dataset({"temperature": ("time", [1.0, 2.0])}), [kind])
+
+
+def invoke(*arguments):
+    done = CliRunner().invoke(command, [str(one) for one in arguments])
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done
+
+
+@pytest.fixture
+def stored(tmp_path):
+    path = tmp_path / "run.v2.nc"
+    eb.simulate("paper-single", ["temporal", "pilot"], trials=2).to_netcdf(path, engine="h5netcdf")
+    return path
+
+
+@pytest.mark.slow
+def test_all_pictures_are_written_beside_the_result(stored, tmp_path):
+    printed = invoke(stored).stdout.split()
+    expected = [str(tmp_path / f"run.v2-{kind}.png") for kind in KINDS]
+    assert printed == expected
+    assert all(Path(path).read_bytes().startswith(b"\x89PNG") for path in expected)
+
+
+def test_numbers_of_a_chosen_scheme_and_slots_can_be_written_instead(stored, tmp_path):
+    invoke(stored, "--kind", "patterns", "--scheme", "pilot", "--slots", "2,4-5",
+           "--title", "Mine", "--out", tmp_path / "a.json")  # fmt: skip
+    document = json.loads((tmp_path / "a-patterns.json").read_text())
+    assert document["title"] == "Mine"
+    assert [panel["title"] for panel in document["panels"]] == ["slot 2", "slot 4", "slot 5"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--slots", "2-"), "--slots 2-: expected slots such as 2,4,10 or 1-50"),
+        (("--slots", "5-2"), "expected slots"),
+        (("--slots", "0"), "no slot 0; it holds 1 to 10"),
+        (("--scheme", "magic"), "no scheme 'magic'; it holds temporal, pilot"),
+        (("--trial", "2", "--kind", "patterns"), "no trial 2; it holds 0 to 1"),
+        (("--out", "a.gif"), r"cannot write a figure as '\.gif'"),
+        (("--kind", "sweep"), "no such picture of a run: sweep"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(stored, options, message):
+    with pytest.raises(InputError, match=message):
+        invoke(stored, *options)

@@ -182,7 +182,11 @@ def test_other_files_of_such_names_work_too(tmp_path, kind):
 def test_a_name_that_is_no_file_name_is_refused_by_its_key(tmp_path, name):
     text = NAMED.replace("Überflug 飛行", name)
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
-    refused(echobeam("run", "s.toml", *LIGHT, cwd=tmp_path), "s.toml: name: ", "is not accepted; expected a ")
+    refused(
+        echobeam("run", "s.toml", *LIGHT, cwd=tmp_path),
+        "s.toml: name: ",
+        "is not accepted; expected a ",
+    )
     assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]
 
 

@@ -16,6 +16,7 @@ import click
 import numpy as np
 import pytest
 from annotated_types import Ge, Gt, Le, Lt, MinLen
+from click.testing import CliRunner
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
@@ -435,11 +436,34 @@ def test_snippets_run(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     names: dict[str, Any] = {"__name__": f"docs_{path.stem}"}
-    for number, block in enumerate(blocks(path.read_text(encoding="utf-8"), "python"), start=1):
+    text = path.read_text(encoding="utf-8")
+    for block in blocks(text, "toml", "json"):
+        if block.title:
+            Path(block.title).write_text(block.text, encoding="utf-8")
+    for number, block in enumerate(blocks(text, "python"), start=1):
         if block.title:
             Path(block.title).write_text(block.text, encoding="utf-8")
         place = f"{path.name}, block {number}"
         exec(compile(block.text, place, "exec", dont_inherit=True), names)
+
+
+OUTPUTS = [
+    pytest.param(block, id=f"{path.stem}: {block.title}", marks=[pytest.mark.slow] * slow)
+    for path in TEXTS
+    for block in blocks(path.read_text(encoding="utf-8"), "text")
+    if block.title.startswith("echobeam ")
+    for slow in [not block.title.startswith("echobeam describe ")]
+]
+"""Blocks whose title is the command that prints them, or of whose output they are a part."""
+
+
+@pytest.mark.parametrize("block", OUTPUTS)
+def test_an_output_is_what_its_command_prints(
+    block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(cli, shlex.split(block.title)[1:], catch_exceptions=False)
+    assert block.text.rstrip() in done.stdout
 
 
 def test_a_scheme_of_the_pages_is_found_in_its_file(
@@ -473,8 +497,8 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
 
 
 def test_the_page_of_claims_judges_every_claim() -> None:
-    from echobeam.reproduction.claims import ALL
+    from echobeam.reproduction.catalogue import CLAIMS
 
     page = (DOCS / "claims.md").read_text(encoding="utf-8")
     judged = re.findall(r"^\| [\w-]+ \| \*\*([\w-]+)\*\*:", page, flags=re.MULTILINE)
-    assert sorted(judged) == sorted(claim.id for claim in ALL)
+    assert sorted(judged) == sorted(claim.id for claim in CLAIMS)

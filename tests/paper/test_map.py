@@ -1,19 +1,16 @@
 """The sensitivity map on results made up so that the answer is known."""
 
-import csv
-import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from echobeam.reproduction import mapping
+from echobeam.reproduction.catalogue import CLAIMS as ALL
 from echobeam.reproduction.catalogue import FIGURES
-from echobeam.reproduction.claims import ALL
-from echobeam.reproduction.figures.sensitivity import tabulate
 from echobeam.reproduction.mapping import entries
 from echobeam.reproduction.records import Entry, Estimate, Finding, Measured
-from echobeam.reproduction.report import gathered, page
+from echobeam.reproduction.report import document, gathered, page
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import VARIATIONS, Setup, headline, long, multi, single, varied
 
@@ -192,13 +189,13 @@ def test_readings_are_gathered_by_what_they_change(readings, said):
     assert gathered(readings) == said
 
 
-def test_the_table_has_a_row_for_every_claim_and_reading():
-    rows = list(csv.DictReader(io.StringIO(tabulate(HEADLINES).text())))
-    assert [(row["claim"], row["reading"]) for row in rows] == [
+def test_the_document_has_an_entry_for_every_claim_and_reading():
+    rows = document([], HEADLINES)["sensitivity"]
+    assert [(row["id"], row["reading"]) for row in rows] == [
         (one.finding.claim.id, one.reading) for one in HEADLINES
     ]
     assert rows[3] == {
-        "claim": "single-improvement", "reading": "exact CRB", "quantity": "improvement",
-        "ours": "61", "95 % low": "40", "95 % high": "82", "unit": "%", "trials": "60",
-        "fallback beams (%)": "12.5", "verdict": "in part",
+        "id": "single-improvement", "reading": "exact CRB", "quantity": "improvement",
+        "ours": 61.0, "interval": [40.0, 82.0], "unit": "%", "trials": 60,
+        "fallbacks": 0.125, "verdict": "in part",
     }  # fmt: skip

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from echobeam.reproduction.claims import ALL
+from echobeam.reproduction.catalogue import CLAIMS as ALL
 from echobeam.reproduction.figures import resolutions
 from echobeam.reproduction.records import Finding
 from echobeam.reproduction.results import Outcome, Results

@@ -14,8 +14,9 @@ from click.testing import CliRunner
 
 from echobeam.cli.reproduce import command
 from echobeam.faults import InputError
+from echobeam.plots.drawing import draw
 from echobeam.reproduction import run
-from echobeam.reproduction.claims import ALL
+from echobeam.reproduction.catalogue import CLAIMS as ALL
 from echobeam.reproduction.figures import approximation
 
 PNG = b"\x89PNG\r\n"
@@ -24,17 +25,18 @@ PNG = b"\x89PNG\r\n"
 @pytest.fixture(autouse=True)
 def nothing_is_cut(monkeypatch):
     """Texts and axes of every picture lie within it."""
-    save = run.save
+    write = run.write
 
-    def save_whole(drawing, path):
+    def write_whole(data, path, *, captions):
+        drawing = draw(data, captions=captions)
         drawing.draw_without_rendering()
         box = drawing.get_tightbbox()
         width, height = drawing.get_size_inches()
         outside = max(-box.x0, -box.y0, box.x1 - width, box.y1 - height)
         assert outside < 0.02, f"{path.name}: {outside:.2f} inches are cut"
-        save(drawing, path)
+        write(data, path, captions=captions)
 
-    monkeypatch.setattr(run, "save", save_whole)
+    monkeypatch.setattr(run, "write", write_whole)
 
 
 def reproduce(*arguments):
@@ -131,29 +133,31 @@ def test_height_figures_share_their_trials_and_resume_to_the_same_bytes(tmp_path
         path.unlink()
     reproduce("t7-1", "t7-2", "--trials", 3, "--out", second, "--quiet", "--resume")
     names = [path.name for path in sorted(first.iterdir()) if path.is_file()]
-    assert names == ["claims.json", "claims.md", "t7-1.csv", "t7-1.png", "t7-2.csv", "t7-2.png"]
+    figures = [f"{one}.{suffix}" for one in ("t7-1", "t7-2") for suffix in ("csv", "json", "png")]
+    assert names == ["claims.json", "claims.md", *figures]
     for name in names:
         assert (first / name).read_bytes() == (second / name).read_bytes(), name
     claims = json.loads((first / "claims.json").read_text())["claims"]
     assert {claim["figure"] for claim in claims} == {"t7-1", "t7-2"}
-    rows = read(first / "t7-1.csv")
-    assert len(rows) == 6 * 2 * 11
-    mean = np.mean([float(row["sum rate (bit/s/Hz)"]) for row in rows[1:11]])
-    assert mean == pytest.approx(float(rows[0]["sum rate (bit/s/Hz)"]), rel=1e-6)
+    rows = [row for row in read(first / "t7-1.csv") if row["series"] == "proposed (temporal)"]
+    assert len(rows) == 3 * 10 + 6  # a frame at each of three heights, and six heights
+    mean = np.mean([float(row["y"]) for row in rows[:10]])
+    assert mean == pytest.approx(float(rows[31]["y"]), rel=1e-6)
 
 
 @pytest.mark.slow
 def test_the_map_is_drawn_and_written_of_every_claim_that_hangs_on_open_values(tmp_path):
     reproduce("sensitivity", "--trials", 2, "--out", tmp_path, "--quiet")
-    rows = read(tmp_path / "sensitivity.csv")
+    document = json.loads((tmp_path / "claims.json").read_text())
+    rows = document["sensitivity"]
     claims = [one.id for one in ALL if one.figure in ("t1", "test2-1", "t6", "t7-1", "t7-2")]
-    assert list(dict.fromkeys(row["claim"] for row in rows)) == claims
+    assert list(dict.fromkeys(row["id"] for row in rows)) == claims
     page = (tmp_path / "claims.md").read_text()
     section = page.split("## Sensitivity of the claims")[1]
     assert all(f"\n| {claim} | " in section for claim in claims)
     assert "sensitivity map shows" in page
     assert (tmp_path / "sensitivity.png").read_bytes().startswith(PNG)
-    assert json.loads((tmp_path / "claims.json").read_text()) == {"claims": []}
+    assert document["claims"] == []
 
 
 def test_what_a_killed_process_left_of_a_picture_goes_away(tmp_path: Path) -> None:

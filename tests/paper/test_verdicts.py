@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from echobeam.reproduction import estimates
-from echobeam.reproduction.claims import ALL
+from echobeam.reproduction.catalogue import CLAIMS as ALL
 from echobeam.reproduction.records import Claim, Estimate, Finding, Measured, Rule
 from echobeam.reproduction.report import document, page, written
 from echobeam.reproduction.results import Outcome, Results

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import echobeam as eb
-from echobeam.cli.report import json_report, text_report
+from echobeam.cli.report import far_field_warning, json_report, measured, text_report
 from echobeam.simulation.decisions import DecisionTime
 from echobeam.simulation.summary import summarise
 
@@ -65,10 +65,29 @@ def test_times_of_decisions_stand_outside_the_schemes(result):
     assert line.endswith("ms, mean (99th percentile): genie 0.25 (1.25)")
 
 
-def test_an_array_whose_far_field_begins_behind_the_objects_is_told_of():
+def test_an_array_whose_far_field_begins_behind_the_objects_is_warned_of():
     near = eb.load_scenario("paper-single", {"array.n_tx": 256, "radio.carrier": "28 GHz"})
     result = eb.simulate(near, ["water-filling"], trials=1)
-    text = text_report(result, near, Path("r.nc"))
-    (line,) = [line for line in text.splitlines() if line.startswith("the far field")]
+    line = far_field_warning(result, near)
     assert "begins at 348 m" in line
     assert f"as near as {float(result.truth[..., 1].min()):.0f} m" in line
+    assert far_field_warning(result, SCENARIO) is None
+
+
+@pytest.mark.parametrize(
+    ("mean", "low", "high", "text"),
+    [
+        (2.8312e-5, 2.7e-5, 2.96e-5, "(2.83 ± 0.13)e-05"),
+        (0.0032424, 0.0031424, 0.0033424, "(3.24 ± 0.10)e-03"),
+        (0.32424, 0.31424, 0.33424, "0.324 ± 0.010"),
+        (12.3456, 12.2, 12.5, "12.35 ± 0.15"),
+        (1234.5, 1134.5, 1334.5, "1234 ± 100"),
+        (2e-5, -1e-5, 5e-5, "(2.0 ± 3.0)e-05"),
+        (0.0, -0.1, 0.1, "0.00 ± 0.10"),
+        (1.08014e-5, np.nan, np.nan, "1.08e-05"),
+        (1.5, 1.5, np.nextafter(1.5, 2), "1.5"),
+        (np.nan, np.nan, np.nan, "nan"),
+    ],
+)
+def test_a_mean_has_the_digits_that_its_interval_supports(mean, low, high, text):
+    assert measured(mean, (low, high)) == text

@@ -179,3 +179,27 @@ def test_arrays_are_values_that_can_be_compared_hashed_and_pickled():
     assert copy == array
     assert hash(copy) == hash(array)
     np.testing.assert_array_equal(copy.steering(ANGLES), array.steering(ANGLES))
+
+
+@pytest.mark.parametrize(("n", "spacing"), [(2, 0.5), (8, 0.4), (30, 0.5), (64, 0.5)])
+@pytest.mark.parametrize("axis", ["vertical", "horizontal"])
+@pytest.mark.parametrize("degrees", [1.0, 20.0, 60.0, 88.0, 90.0, 135.0, 179.0])
+def test_half_power_width_is_where_the_pattern_has_fallen_to_half(n, spacing, axis, degrees):
+    """Walked out from the beam's centre on a fine grid, explicit phases."""
+    array, centre = LinearArray(n, spacing, axis), math.radians(degrees)
+    offset = np.linspace(0.0, math.pi, 400_001)
+    project = np.sin if axis == "vertical" else np.cos
+    sides = 0.0
+    for sign in (1, -1):
+        phase = math.pi * spacing * (project(centre + sign * offset) - project(centre))
+        with np.errstate(invalid="ignore"):
+            gain = np.where(phase == 0, 1, (np.sin(n * phase) / (n * np.sin(phase))) ** 2)
+        sides += offset[np.argmax(gain < 0.5)] if (gain < 0.5).any() else math.pi
+    assert float(array.half_power_width(centre)) == pytest.approx(sides, abs=2e-5)
+
+
+def test_half_power_width_of_a_long_array_is_0_886_over_its_length():
+    width = LinearArray(1000, 0.5, "horizontal").half_power_width(math.pi / 2)
+    assert float(width) == pytest.approx(0.886 / 500, rel=1e-3)
+    assert float(LinearArray(1).half_power_width(1.0)) == pytest.approx(2 * math.pi)
+    assert np.isnan(LinearArray(8).half_power_width([math.nan]))

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_hex
 
-from echobeam.plots import style
+from echobeam.plots import looks
 from echobeam.reproduction.figures import (
     angles,
     height_rates,
@@ -15,6 +13,7 @@ from echobeam.reproduction.figures import (
     patterns_antennas,
     patterns_slots,
 )
+from echobeam.reproduction.patterns import gains
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.sweeps.points import run_study, study_in
 
@@ -34,68 +33,67 @@ def drawn(tmp_path):
             for i, point in enumerate(points)
         ]
         results = Results(outcomes, TRIALS, 0)
-        return results, figure.draw(results).drawing
+        return results, figure.data(results)
 
     return draw
 
 
-def lines_with_labels(axes):
-    return [line for line in axes.get_lines() if not line.get_label().startswith("_")]
+def colours(panel, *names):
+    return {one.look.colour for one in panel.series if not names or one.name in names}
 
 
 def test_a_marker_means_a_scheme_in_every_panel_of_the_angles(drawn):
-    _, drawing = drawn(angles.FIGURE)
-    looks = [style.SCHEME_LOOKS[name] for name in angles.SCHEMES]
-    expected = {look.colour: look.marker for look in looks}
-    for axes in drawing.axes:
-        marked = [line for line in axes.get_lines() if line.get_marker() in "osv^D"]
-        assert {line.get_color(): line.get_marker() for line in marked} == expected
-    beside = [text.get_text() for text in drawing.axes[-1].texts]
-    assert beside == ["20", "20", "30", "30", "40", "40"]
+    _, data = drawn(angles.FIGURE)
+    expected = {looks.SCHEME_LOOKS[name] for name in angles.SCHEMES}
+    for panel in data.panels:
+        assert {one.look for one in panel.series if one.look.marker} == expected
+    assert [panel.title[-2:] for panel in data.panels] == 2 * ["20", "30", "40"]
 
 
-def test_colours_mean_either_antennas_or_objects(drawn):
-    _, drawing = drawn(patterns_antennas.FIGURE)
-    left, right = drawing.axes
-    antennas = {to_hex(line.get_color()) for line in lines_with_labels(left)}
-    gains = {to_hex(container.lines[0].get_color()) for container in right.containers}
+def test_colours_mean_either_antennas_or_objects_and_antennas_the_same_as_elsewhere(drawn):
+    _, data = drawn(patterns_antennas.FIGURE)
+    *arrays, medians, gains = data.panels
+    antennas = colours(medians)
     assert len(antennas) == 3
-    assert gains == {to_hex(style.object_look(k).colour) for k in range(2)}
-    assert not antennas & gains
-    assert [to_hex(text.get_color()) for text in left.texts] == [
-        to_hex(style.object_look(k).colour) for k in range(2)
+    assert [colours(panel) for panel in arrays] == [{one.look.colour} for one in medians.series]
+    objects = {looks.object_look(k).colour for k in range(2)}
+    assert colours(gains) - {"0.5"} == objects
+    assert not antennas & objects
+    assert {guide.look.colour for guide in medians.guides} == objects
+    assert [one.look.colour for one in medians.series] == [
+        looks.parameter_look(number).colour for number in range(3)
     ]
 
 
-def test_widths_of_beams_say_that_they_are_at_half_power(drawn):
-    _, drawing = drawn(patterns_slots.FIGURE)
-    for axes in drawing.axes[1:]:
-        assert len(axes.texts) == 2
-        assert all(text.get_text().startswith("half-power width ") for text in axes.texts)
+def test_widths_of_beams_are_those_that_the_picture_shows(drawn):
+    """A lobe and its mirror image: twice the lobe's own width where they do not meet."""
+    results, data = drawn(patterns_slots.FIGURE)
+    (outcome,) = results.outcomes.values()
+    for panel, slot in zip(data.panels[1:], patterns_slots.SLOTS, strict=True):
+        gain = gains(outcome, slot)
+        for k, note in enumerate(panel.notes):
+            above = gain[:, k] >= 0.5 * gain[:, k].max(axis=-1, keepdims=True)
+            degrees = np.mean(np.sum(above, axis=-1) * 180.0 / gain.shape[-1])
+            assert note.text.startswith(f"−3 dB: {degrees:.0f}°")
 
 
 @pytest.mark.slow
-def test_every_omni_slot_of_the_long_run_is_marked(drawn):
-    _, drawing = drawn(long_run.FIGURE)
-    schemes = lines_with_labels(drawing.axes[0])
-    assert len(schemes) == 2
-    for line in schemes:
-        marked = line.get_markevery()
-        assert set(range(0, 50, 10)) <= set(marked)
-        assert {slot % 10 for slot in marked} == {0, 3, 6, 9}  # the same of every frame
+def test_every_omni_slot_of_the_long_run_is_shaded(drawn):
+    _, data = drawn(long_run.FIGURE)
+    np.testing.assert_allclose(
+        [(guide.at + guide.to) / 2 for guide in data.panels[0].guides], [0, 100, 200, 300, 400]
+    )
+    assert [one.x.size for one in data.panels[0].series] == [50, 50]
 
 
 @pytest.mark.slow
-def test_every_panel_of_the_heights_has_thin_quantiles_with_bands(drawn):
-    results, drawing = drawn(height_rates.FIGURE)
-    for axes in drawing.axes:
-        thin = [line for line in axes.get_lines() if line.get_linewidth() < 1]
-        assert len(thin) == 2
-        assert len([one for one in axes.collections if isinstance(one, PolyCollection)]) == 4
-        thick = lines_with_labels(axes)
-        looks = [(line.get_color(), line.get_linestyle()) for line in (*thick, *thin)]
-        assert looks[:2] == looks[2:]
-    rate = 1e3 * height_rates.frame_rate(results, 100, "temporal")
-    by_height = next(line for line in drawing.axes[-1].get_lines() if line.get_linewidth() < 1)
-    at = list(by_height.get_xdata()).index(100)
-    assert by_height.get_ydata()[at] == pytest.approx(np.quantile(rate, 0.05))
+def test_every_panel_of_the_heights_has_quantiles_with_intervals(drawn):
+    results, data = drawn(height_rates.FIGURE)
+    for panel in data.panels:
+        means, tails = panel.series[:2], panel.series[2:]
+        assert [one.look.plain() for one in means] == [one.look for one in tails]
+        assert all(one.band is not None for one in panel.series)
+    rate = height_rates.frame_rate(results, 100, "temporal")
+    by_height = data.panels[-1].series[2]
+    at = list(by_height.x).index(100)
+    assert by_height.y[at] == pytest.approx(np.quantile(rate, 0.05))

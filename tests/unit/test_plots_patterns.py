@@ -1,4 +1,4 @@
-"""Beam patterns: closed forms, the drawn curves and bands, and which slots are chosen."""
+"""Beam patterns: closed forms, the curves and bands, and which slots are chosen."""
 
 from __future__ import annotations
 
@@ -6,27 +6,15 @@ import numpy as np
 import pytest
 
 from echobeam.physics.array import LinearArray
-from echobeam.plots import PlotError, patterns
-from echobeam.plots.beams import beam_gain, believed_angles, read_beams
+from echobeam.plots import PlotError
+from echobeam.plots.patterns import beam_gain
 
 from .plot_dataset import build_result
+from .plot_figures import figure_of, named, series_of, spans, written
 
 
-def panels_of(figure):
-    return {axes.get_title(): axes for axes in figure.axes if axes.get_title()}
-
-
-def curve_of(axes, k):
-    """Return the k-th object's curve: the lines with one point per grid angle."""
-    return [line for line in axes.get_lines() if len(line.get_xdata()) > 2][k]
-
-
-def verticals_of(axes):
-    return [line.get_xdata()[0] for line in axes.get_lines() if np.ptp(line.get_xdata()) == 0]
-
-
-def spans_of(axes):
-    return [(p.get_x(), p.get_x() + p.get_width()) for p in axes.patches]
+def panels_of(result, **choice):
+    return {panel.title: panel for panel in figure_of("patterns", result, **choice).panels}
 
 
 def test_a_matched_beam_has_the_dirichlet_kernel_for_its_pattern():
@@ -63,32 +51,32 @@ def test_the_mean_gain_over_all_directions_is_the_beams_power():
 
 def test_curves_are_the_stored_beams_patterns_in_decibels():
     result = build_result(trials=2)
-    axes = panels_of(patterns.draw(result, trial=1))["slot 4"]
+    panel = panels_of(result, trial=1)["slot 4"]
     m = np.arange(30)
     for k in range(2):
         stored = result["beam"].sel(scheme="temporal", slot=4).isel(trial=1, object=k)
         w = stored.sel(part="re").values + 1j * stored.sel(part="im").values
-        degrees, decibels = curve_of(axes, k).get_data()
-        assert degrees[0] == 0.0
-        assert degrees[-1] == pytest.approx(180.0)
+        one = series_of(panel, f"object {k + 1}")
+        assert one.x[[0, -1]] == pytest.approx([0.0, 180.0])
         for i in (0, 400, 755, 1350):
-            a = np.exp(1j * np.pi * m * np.sin(np.deg2rad(degrees[i])))
-            assert decibels[i] == pytest.approx(20 * np.log10(abs(np.vdot(a, w))), abs=1e-6)
+            a = np.exp(1j * np.pi * m * np.sin(np.deg2rad(one.x[i])))
+            assert one.y[i] == pytest.approx(20 * np.log10(abs(np.vdot(a, w))), abs=1e-6)
 
 
 @pytest.mark.parametrize(("scheme", "phase"), [("temporal", "omni"), ("pilot", "pilot")])
 def test_the_first_slot_is_a_flat_line_at_the_total_power(scheme, phase):
-    axes = panels_of(patterns.draw(build_result(power=100.0), scheme))[f"slot 1 ({phase})"]
-    (flat,) = [line for line in axes.get_lines() if np.ptp(line.get_xdata()) == 1.0]
-    np.testing.assert_allclose(flat.get_ydata(), 20.0)
+    panel = panels_of(build_result(power=100.0), schemes=(scheme,))[f"slot 1 ({phase})"]
+    (flat,) = panel.series
+    np.testing.assert_allclose(flat.y, 20.0)
 
 
 def test_vertical_lines_are_at_the_true_and_the_predicted_angle():
     result = build_result()
-    axes = panels_of(patterns.draw(result))["slot 6"]
+    panel = panels_of(result)["slot 6"]
     one = result.sel(slot=6, state="angle").isel(trial=0)
     expected = np.rad2deg([one["truth"], one["predicted"].sel(scheme="temporal")]).T.ravel()
-    np.testing.assert_allclose(verticals_of(axes), expected)
+    lines = [guide.at for guide in panel.guides if guide.to is None]
+    np.testing.assert_allclose(lines, expected)
 
 
 @pytest.mark.parametrize(("centre", "slot"), [("predicted", 6), ("previous", 5)])
@@ -96,87 +84,84 @@ def test_the_band_is_what_the_beam_was_designed_to_cover(centre, slot):
     result = build_result()
     result.attrs["scenario"] += f'centre = "{centre}"\n'
     result["covered"].loc[{"scheme": "temporal", "slot": 6}] = np.deg2rad(6.0)
-    axes = panels_of(patterns.draw(result))["slot 6"]
     variable = "predicted" if centre == "predicted" else "estimated"
     at = {"scheme": "temporal", "slot": slot, "state": "angle"}
-    around = np.rad2deg(result[variable].sel(at).isel(trial=0))
-    for k, (low, high) in enumerate(spans_of(axes)):
-        np.testing.assert_allclose([low, high], [around[k] - 6.0, around[k] + 6.0])
+    around = np.rad2deg(result[variable].sel(at).isel(trial=0)).values
+    expected = around[:, None] + np.array([-6.0, 6.0])
+    np.testing.assert_allclose(spans(panels_of(result)["slot 6"]), expected)
 
 
 def test_a_band_stays_between_0_and_180_degrees():
     result = build_result(angles=(12.0,), velocities=(0.0,), slots=2)
     result["covered"].values[...] = np.deg2rad(90.0)
-    ((low, _),) = spans_of(panels_of(patterns.draw(result))["slot 2"])
+    ((low, _),) = spans(panels_of(result)["slot 2"])
     assert low == 0.0
 
 
 def test_a_beam_without_a_design_covers_nothing():
-    result = build_result(schemes=("water-filling",))
-    assert not spans_of(panels_of(patterns.draw(result))["slot 6"])
+    data = figure_of("patterns", build_result(schemes=("water-filling",)), slots=(6,))
+    assert not spans(data.panels[0]).size
+    assert not any(text.startswith("covered") for text in named(data))
+    assert any(text.startswith("covered") for text in named(figure_of("patterns", build_result())))
 
 
-def test_the_pilots_coverage_is_around_its_held_estimate():
-    run = read_beams(build_result(), "pilot", 0)
-    np.testing.assert_array_equal(believed_angles(run, 7), run.estimated[6])
+def test_the_pilots_beam_is_drawn_with_its_held_estimate():
+    result = build_result()
+    panel = panels_of(result, schemes=("pilot",), slots=(8,))["slot 8"]
+    held = np.rad2deg(result["estimated"].sel(scheme="pilot", slot=7, state="angle")[0])
+    lines = [guide.at for guide in panel.guides if guide.to is None]
+    np.testing.assert_allclose(lines[1::2], held)
 
 
 def test_default_slots_are_those_of_the_papers_figure():
-    titles = list(panels_of(patterns.draw(build_result())))
+    titles = list(panels_of(build_result()))
     assert titles == ["slot 1 (omni)", "slot 2", "slot 4", "slot 6", "slot 10"]
 
 
 def test_default_slots_follow_the_frame_with_most_beams():
     result = build_result(slots=30)
     result["beam"][:, :, :20] = np.nan
-    titles = list(panels_of(patterns.draw(result)))
+    titles = list(panels_of(result))
     assert titles == ["slot 21 (omni)", "slot 22", "slot 24", "slot 26", "slot 30"]
 
 
 def test_slots_can_be_chosen():
-    assert list(panels_of(patterns.draw(build_result(), slots=[3, 9]))) == ["slot 3", "slot 9"]
+    assert list(panels_of(build_result(), slots=(3, 9))) == ["slot 3", "slot 9"]
 
 
 def test_a_directional_slot_without_beams_says_so():
     result = build_result()
     result["beam"].loc[{"slot": 4}] = np.nan
-    axes = panels_of(patterns.draw(result))["slot 4"]
-    assert [text.get_text() for text in axes.texts] == ["no beams"]
-    assert not spans_of(axes)
+    data = figure_of("patterns", result, slots=(4,))
+    assert written(data) == ["no beams"]
+    assert not spans(data.panels[0]).size
 
 
 def test_a_beam_of_zeros_is_no_beam():
     result = build_result()
     result["beam"].loc[{"slot": 4, "object": 0}] = 0.0
-    axes = panels_of(patterns.draw(result))["slot 4"]
-    assert len([line for line in axes.get_lines() if len(line.get_xdata()) > 2]) == 1
+    assert len(panels_of(result)["slot 4"].series) == 1
 
 
-def test_more_objects_than_can_be_told_apart_are_counted_in_the_legend():
+def test_more_objects_than_can_be_told_apart_are_counted():
     angles = np.linspace(20.0, 160.0, 11)
-    figure = patterns.draw(build_result(angles=angles, velocities=np.zeros(11), trials=1))
-    legend = next(axes.get_legend() for axes in figure.axes if axes.get_legend())
-    texts = [text.get_text() for text in legend.get_texts()]
-    assert "(3 more objects not drawn)" in texts
-    assert sum(text.startswith("beam for object") for text in texts) == 8
+    data = figure_of("patterns", build_result(angles=angles, velocities=np.zeros(11), trials=1))
+    assert data.caption == "3 more objects are not drawn"
+    assert sum(text.startswith("beam for object") for text in named(data)) == 8
 
 
-def test_axes_name_their_units():
-    figure = patterns.draw(build_result())
-    assert figure.get_supxlabel() == "Angle θ (deg)"
-    assert figure.axes[0].get_ylabel().endswith("(dB)")
-    assert patterns.draw(build_result(), slots=[2]).axes[0].get_xlabel() == "Angle θ (deg)"
-
-
-def test_the_first_directional_scheme_is_drawn_where_there_is_no_temporal_one():
-    figure = patterns.draw(build_result(schemes=("omni", "genie", "pilot")))
-    assert "genie" in figure.get_suptitle()
-    assert "omni" in patterns.draw(build_result(schemes=("omni",))).get_suptitle()
-
-
-def test_a_variant_of_temporal_is_drawn_before_other_directional_schemes():
-    result = build_result(schemes=("pilot", "temporal:ripple=5", "temporal:ripple=1"))
-    assert "temporal:ripple=5" in patterns.draw(result).get_suptitle()
+@pytest.mark.parametrize(
+    ("schemes", "shown"),
+    [
+        (("omni", "genie", "pilot"), "genie"),
+        (("omni",), "omni"),
+        (("pilot", "temporal:ripple=5", "temporal:ripple=1"), "temporal:ripple=5"),
+    ],
+)
+def test_the_scheme_of_one_picture_is_temporal_or_a_variant_or_the_first_directional(
+    schemes, shown
+):
+    assert figure_of("patterns", build_result(schemes=schemes)).setting.startswith(shown)
 
 
 def test_the_mode_of_the_trial_decides_and_not_that_of_the_others():
@@ -184,29 +169,19 @@ def test_the_mode_of_the_trial_decides_and_not_that_of_the_others():
     result["mode"].loc[{"scheme": "temporal", "slot": 4, "trial": 1}] = 0
     result["beam"].loc[{"scheme": "temporal", "slot": 4, "trial": 1}] = np.nan
     result["phase"].loc[{"scheme": "temporal", "slot": 4}] = "mixed"
-    assert "slot 4" in panels_of(patterns.draw(result, trial=0, slots=[4]))
-    assert "slot 4 (omni)" in panels_of(patterns.draw(result, trial=1, slots=[4]))
-
-
-def test_the_legend_names_a_cover_only_where_one_is_drawn():
-    def named(**arguments):
-        (legend,) = patterns.draw(build_result(**arguments), slots=[6]).legends
-        return any(text.get_text().startswith("covered") for text in legend.get_texts())
-
-    assert named()
-    assert not named(schemes=("water-filling",))
+    assert "slot 4" in panels_of(result, trial=0, slots=(4,))
+    assert "slot 4 (omni)" in panels_of(result, trial=1, slots=(4,))
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("choice", "message"),
     [
-        ({"scheme": "magic"}, "no scheme 'magic'; it holds temporal, pilot"),
+        ({"schemes": ("magic",)}, "no scheme 'magic'; it holds temporal, pilot"),
         ({"trial": 30}, "no trial 30; it holds 0 to 29"),
         ({"trial": -1}, "no trial -1"),
-        ({"slots": [2, 11, 99]}, "no slot 11, 99; it holds 1 to 10"),
-        ({"slots": []}, "no slot"),
+        ({"slots": (2, 11, 99)}, "no slot 11, 99; it holds 1 to 10"),
     ],
 )
-def test_what_a_result_does_not_hold_is_named(arguments, message):
+def test_what_a_result_does_not_hold_is_named(choice, message):
     with pytest.raises(PlotError, match=message):
-        patterns.draw(build_result(), **arguments)
+        figure_of("patterns", build_result(), **choice)

@@ -1,4 +1,4 @@
-"""The style: fixed and distinct looks, one for all, whatever the user's settings are."""
+"""Looks: fixed and distinct, one for all, whatever the user's settings are."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from echobeam.plots import rate, style
-from echobeam.plots.setting import read_setting
+from echobeam.plots import looks as style
+from echobeam.plots.drawing import draw, wrap_name
 
 from .plot_dataset import build_result
+from .plot_figures import figure_of
 
 BUILT_IN = ("temporal", "pilot", "water-filling", "genie", "omni", "pilot-needle", "pilot-predict")
 
@@ -81,10 +82,10 @@ def test_forty_variants_are_all_told_apart():
 
 def test_names_are_wrapped_after_commas_and_lose_nothing():
     name = "temporal:velocity_prior=30 m/s,angle_std=0.5 deg,width=2"
-    lines = style.wrap_name(name, 32).split("\n")
+    lines = wrap_name(name, 32).split("\n")
     assert lines == ["temporal:velocity_prior=30 m/s,", "angle_std=0.5 deg,width=2"]
-    assert style.wrap_name("x" * 70, 32).split("\n") == ["x" * 32, "x" * 32, "x" * 6]
-    assert style.wrap_name("temporal", 32) == "temporal"
+    assert wrap_name("x" * 70, 32).split("\n") == ["x" * 32, "x" * 32, "x" * 6]
+    assert wrap_name("temporal", 32) == "temporal"
 
 
 def test_objects_differ():
@@ -95,15 +96,15 @@ def test_objects_differ():
 def test_drawing_leaves_the_users_settings_alone():
     with mpl.rc_context({"font.size": 31.0, "lines.linewidth": 9.0}):
         before = dict(mpl.rcParams)
-        rate.draw(build_result(trials=2))
+        draw(figure_of("rate", build_result(trials=2)))
         assert dict(mpl.rcParams) == before
 
 
 @pytest.mark.slow
 def test_drawing_needs_no_pyplot():
     code = (
-        "import sys, echobeam.plots; assert 'matplotlib.pyplot' not in sys.modules;"
-        "import echobeam; assert 'matplotlib' in sys.modules"
+        "import sys, echobeam.plots; assert 'matplotlib' not in sys.modules;"
+        "import echobeam.plots.drawing; assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
 
@@ -111,33 +112,3 @@ def test_drawing_needs_no_pyplot():
 def test_importing_echobeam_does_not_import_matplotlib():
     code = "import sys, echobeam; assert 'matplotlib' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_a_setting_is_read_with_units():
-    setting = read_setting(build_result(height=80.0, speed=8.0, power=7.5, trials=4))
-    assert (setting.name, setting.trials, setting.n_tx) == ("paper-multi", 4, 30)
-    assert (setting.height, setting.power, setting.slot) == (80.0, 7.5, 0.01)
-    assert (setting.array.spacing, setting.array.axis, setting.width) == (0.5, "vertical", 3.0)
-    assert setting.centre == "predicted"
-
-
-def test_a_setting_for_one_scheme_has_its_own_coverage():
-    setting = read_setting(build_result(), "temporal:width=2,centre=previous")
-    assert (setting.width, setting.centre) == (2.0, "previous")
-
-
-@pytest.mark.parametrize("text", ["", "not = = toml", "uav = 3", '[uav]\nheight = "tall"'])
-def test_a_scenario_that_says_nothing_leaves_the_title_short(text):
-    result = build_result(trials=1)
-    result.attrs["scenario"] = text
-    setting = read_setting(result)
-    assert setting.height is None
-    assert setting.title() == "$N_t$ = 30, 1 trial"
-
-
-def test_titles_name_scheme_and_trial_wrap_and_show_dollars():
-    result = build_result(trials=9, name="5 $ and more " * 3)
-    title = read_setting(result).title("temporal", 4, width=40)
-    assert "trial 5 of 9" in title.replace("\n", " ")
-    assert all(len(line) <= 40 for line in title.split("\n"))
-    assert r"5 \$ and" in title

@@ -4,29 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from matplotlib.patches import Ellipse
 from scipy import stats
 
+import echobeam as eb
 from echobeam.physics.geometry import offset, offset_cov
-from echobeam.plots import trajectories
-from echobeam.plots.cones import chosen_slots
-from echobeam.plots.ground import occupants, read_scene
-from echobeam.plots.setting import read_scenario
+from echobeam.plots import Choice, Source
+from echobeam.plots.drawing import draw
+from echobeam.plots.scene import chosen_slots, occupants, read_scene
 from echobeam.values import GaussianState
 
 from ..forms import flying, predict
 from .plot_dataset import build_result
+from .plot_figures import figure_of, series_of, written
 
 TIME = 0.01 * np.arange(10)
 
 
-def scene_of(result, scheme="temporal", trial=0):
-    return read_scene(result, scheme, trial)
+def scene_of(result, **choice):
+    return read_scene(Source(result, Choice(**choice)))
 
 
-def arrows_of(axes):
-    """Return each arrow's tip and the offset of its tail."""
-    return [(a.xy, np.array(a.xyann)) for a in axes.texts if getattr(a, "arrow_patch", None)]
+def arrows_of(data):
+    """Return each arrow's tip and the offset of its tail in the first panel."""
+    texts = draw(data).axes[0].texts
+    return [(a.xy, np.array(a.xyann)) for a in texts if getattr(a, "arrow_patch", None)]
+
+
+def ellipses_of(panel):
+    return [one for one in panel.series if one.name == "95 % region"]
 
 
 def test_true_positions_are_on_the_ground_where_the_kinematics_put_them():
@@ -49,16 +54,15 @@ def test_the_uav_is_where_the_record_says():
     np.testing.assert_allclose(shift, np.broadcast_to(15.0 * TIME[:, None], (10, 2)), atol=1e-9)
 
 
-def test_estimated_and_predicted_positions_are_drawn_in_the_close_ups():
+def test_estimated_and_predicted_positions_are_in_the_close_ups():
     result = build_result()
-    figure = trajectories.draw(result, trial=3)
+    panel = figure_of("trajectories", result, trial=3).panels[2]
     one = result.sel(scheme="temporal").isel(trial=3, object=1)
     for name in ("estimated", "predicted"):
         theta, d = one[name].sel(state="angle"), one[name].sel(state="distance")
-        (line,) = [line for line in figure.axes[2].get_lines() if line.get_label() == name]
-        np.testing.assert_allclose(line.get_xdata(), d * np.cos(theta))
-        height = 100.0 - 15.0 * TIME - d * np.sin(theta)
-        np.testing.assert_allclose(line.get_ydata(), height, atol=1e-9)
+        drawn = series_of(panel, name)
+        np.testing.assert_allclose(drawn.x, d * np.cos(theta))
+        np.testing.assert_allclose(drawn.y, 100.0 - 15.0 * TIME - d * np.sin(theta), atol=1e-9)
 
 
 def test_the_position_covariance_is_the_jacobians_sandwich():
@@ -88,98 +92,85 @@ def test_ellipses_hold_95_per_cent():
     """Every point of the ellipse has the Mahalanobis distance of chi-square's 95 % quantile."""
     result = build_result(slots=3)
     scene = scene_of(result)
-    axes = trajectories.draw(result).axes[1]
-    ellipses = [child for child in axes.get_children() if isinstance(child, Ellipse)]
+    ellipses = ellipses_of(figure_of("trajectories", result).panels[1])
     assert len(ellipses) == 3
     for n, ellipse in enumerate(ellipses):
-        outline = ellipse.get_patch_transform().transform(
-            [[np.cos(t), np.sin(t)] for t in np.linspace(0, 6, 7)]
-        )
-        away = outline - scene.estimated[n, 0]
+        away = np.stack([ellipse.x, ellipse.y], axis=-1) - scene.estimated[n, 0]
         squared = np.einsum("pi,ij,pj->p", away, np.linalg.inv(scene.spread[n, 0]), away)
         np.testing.assert_allclose(squared, stats.chi2.ppf(0.95, 2), rtol=1e-6)
 
 
 def test_a_first_region_that_exceeds_the_picture_is_left_out():
-    """All ellipses that are drawn lie within the axes, as the legend says; the last is drawn."""
+    """The ellipses that are drawn begin with the first of ordinary size; the last is drawn."""
     result = build_result(slots=20, trials=1)
     cov = result["estimated_cov"].values
     cov[:, :, :-1] = cov[:, :, -1:]
     cov[:, :, :2] *= 1e6
     scene = scene_of(result)
-    figure = trajectories.draw(result)
-    axes = figure.axes[1]
-    ellipses = [child for child in axes.get_children() if isinstance(child, Ellipse)]
-    centres = np.array([ellipse.get_center() for ellipse in ellipses])
-    np.testing.assert_allclose(centres[[0, -1]], scene.estimated[[2, 19], 0])
+    ellipses = ellipses_of(figure_of("trajectories", result).panels[1])
+    centres = np.array([[one.x[:-1].mean(), one.y[:-1].mean()] for one in ellipses])
     assert len(ellipses) == 3
-    (low_x, high_x), (low_y, high_y) = axes.get_xlim(), axes.get_ylim()
-    for ellipse in ellipses:
-        box = ellipse.get_path().get_extents(ellipse.get_patch_transform())
-        assert low_x < box.x0 < box.x1 < high_x
-        assert low_y < box.y0 < box.y1 < high_y
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "95 % region (if within axes)" in labels
+    np.testing.assert_allclose(centres[[0, -1]], scene.estimated[[2, 19], 0], atol=1e-9)
 
 
 def test_arrows_point_in_the_direction_of_movement():
-    scene_axes = trajectories.draw(build_result()).axes[0]
-    uav, right, left = [tail for _, tail in arrows_of(scene_axes)]
+    arrows = arrows_of(figure_of("trajectories", build_result()))
+    uav, right, left = [tail for _, tail in arrows]
     assert uav[1] > 0
     assert right[0] < 0
     assert left[0] > 0
-    tips = np.array([tip for tip, _ in arrows_of(scene_axes)])
-    np.testing.assert_allclose(tips[1], [100 / np.tan(np.deg2rad(75)) + 2.7, 0], atol=1e-9)
+    np.testing.assert_allclose(arrows[1][0], [100 / np.tan(np.deg2rad(75)) + 2.7, 0], atol=1e-9)
 
 
 def test_what_does_not_move_has_a_dot_and_no_arrow():
     result = build_result(angles=(60.0,), velocities=(0.0,), speed=0.0)
-    axes = trajectories.draw(result).axes[0]
-    assert not arrows_of(axes)
-    assert [line.get_marker() for line in axes.get_lines()].count("o") == 2
+    data = figure_of("trajectories", result)
+    assert not arrows_of(data)
+    assert [line.get_marker() for line in draw(data).axes[0].get_lines()].count("o") == 2
 
 
-def test_stretches_end_where_an_object_leaves():
+def test_stays_end_where_an_object_leaves():
     scene = scene_of(build_result(coming_and_going=True))
-    assert scene.stretches == [[slice(0, 5)], [slice(2, 7)]]
+    assert scene.stays == [(0, slice(0, 5)), (1, slice(2, 7))]
 
 
-def test_stretches_end_where_another_vehicle_takes_the_column():
+def test_stays_end_where_another_vehicle_takes_the_column():
     assert occupants(np.array([4, 4, 4, 7, 7, -1, 7])) == [slice(0, 3), slice(3, 5), slice(6, 7)]
-
-
-def test_a_column_without_anybody_has_no_stretch():
     assert occupants(np.full(4, -1)) == []
 
 
-@pytest.mark.parametrize("objects", [1, 2, 3, 4, 7])
-def test_close_ups_are_made_of_up_to_four_objects(objects):
+@pytest.mark.parametrize("objects", [1, 2, 3, 4])
+def test_a_few_objects_have_a_close_up_and_a_forecast_each(objects):
     angles = np.linspace(40.0, 140.0, objects)
     result = build_result(angles=angles, velocities=np.full(objects, 9.0), trials=1)
-    assert len(trajectories.draw(result).axes) == 1 + 2 * min(objects, 4)
+    assert len(figure_of("trajectories", result).panels) == 1 + 2 * objects
 
 
-def test_close_ups_are_of_those_who_stay_longest():
-    result = build_result(angles=(40.0, 60, 80, 100, 120), velocities=(9.0,) * 5, trials=1)
-    result["identity"][:, 4:, 1] = -1
-    titles = [axes.get_title() for axes in trajectories.draw(result).axes[1:]]
-    assert titles == 2 * ["object 1", "object 3", "object 4", "object 5"]
+def test_objects_that_come_and_go_are_drawn_over_the_time():
+    result = eb.simulate(eb.load_scenario("traffic", {"frame.frames": 3}), ["temporal"], trials=1)
+    road, error = figure_of("trajectories", result).panels
+    scene = scene_of(result)
+    assert (road.x.name, error.y.unit) == ("Time", "m")
+    for number, (k, stay) in enumerate(scene.stays):
+        one = series_of(road, f"stay {number + 1}, true")
+        np.testing.assert_allclose(one.x, result["time"].values[stay])
+        np.testing.assert_allclose(one.y, scene.true[stay, k, 0])
+        off = np.hypot(*(scene.predicted - scene.true)[stay, k].T)
+        np.testing.assert_allclose(error.series[number].y, off)
 
 
 def test_axes_name_their_units():
-    *planes, road, _ = trajectories.draw(build_result()).axes
-    for axes in planes:
-        assert axes.get_xlabel().endswith("(m)")
-        assert axes.get_ylabel() == "Height (m)"
-    assert road.get_xlabel() == "Slot"
-    assert road.get_ylabel() == "Position (m)"
+    scene, *others = figure_of("trajectories", build_result()).panels
+    assert (str(scene.x), str(scene.y)) == ("Position along the road (m)", "Height (m)")
+    assert (str(others[-1].x), str(others[-1].y)) == ("Slot", "Position (m)")
+    assert scene.equal
 
 
 def test_forecasts_are_drawn_from_the_middle_of_a_short_stay_along_the_road():
     """The way and its 3-sigma band against the filter's own repeated predictions."""
     result = build_result(trials=4)
-    scenario = read_scenario(result)
-    road = trajectories.draw(result, trial=2).axes[3]
+    scenario = Source(result).scenario
+    true, band, way = figure_of("trajectories", result, trial=2).panels[3].series
     one = result.sel(scheme="temporal").isel(trial=2, object=0, slot=5)
     state = GaussianState(
         one["estimated"].values[None], one["estimated_cov"].values[None], np.array([True])
@@ -190,15 +181,11 @@ def test_forecasts_are_drawn_from_the_middle_of_a_short_stay_along_the_road():
     theta, d = state.mean[0, :2]
     gradient = np.array([-d * np.sin(theta), np.cos(theta)])
     sigma = np.sqrt(gradient @ state.cov[0, :2, :2] @ gradient)
-    true, way, _ = road.get_lines()
-    np.testing.assert_array_equal(way.get_xdata(), [6, 7, 8, 9, 10])
-    assert way.get_ydata()[-1] == pytest.approx(d * np.cos(theta))
-    np.testing.assert_allclose(true.get_ydata()[0], 100 / np.tan(np.deg2rad(75)))
-    outline = road.collections[0].get_paths()[0].vertices
-    ends = outline[outline[:, 0] == 10][:, 1]
-    assert [ends.min(), ends.max()] == pytest.approx(
-        [d * np.cos(theta) - 3 * sigma, d * np.cos(theta) + 3 * sigma]
-    )
+    np.testing.assert_array_equal(way.x, [6, 7, 8, 9, 10])
+    assert way.y[-1] == pytest.approx(d * np.cos(theta))
+    np.testing.assert_allclose(true.y[0], 100 / np.tan(np.deg2rad(75)))
+    ends = d * np.cos(theta) + np.array([-3.0, 3.0]) * sigma
+    np.testing.assert_allclose(band.band[-1], ends)
 
 
 def test_long_stays_have_three_cones_that_do_not_overlap():
@@ -206,27 +193,23 @@ def test_long_stays_have_three_cones_that_do_not_overlap():
     assert chosen_slots(slice(20, 120)) == [30, 60, 90]
     assert chosen_slots(slice(3, 4)) == []
     result = build_result(slots=100, trials=1, per_frame=10)
-    ways = [
-        line
-        for line in trajectories.draw(result).axes[3].get_lines()
-        if line.get_linestyle() == "--"
-    ]
-    spans = [(line.get_xdata()[0], line.get_xdata()[-1]) for line in ways]
-    assert spans == [(11, 41), (41, 71), (71, 100)]
+    panel = figure_of("trajectories", result).panels[3]
+    ways = [one for one in panel.series if one.name.startswith("forecast") and one.band is None]
+    assert [(one.x[0], one.x[-1]) for one in ways] == [(11, 41), (41, 71), (71, 100)]
 
 
 @pytest.mark.parametrize("scheme", ["temporal", "genie"])
-def test_without_a_doubtful_belief_there_is_no_cone(scheme):
+def test_without_a_covariance_there_is_no_cone(scheme):
     result = build_result(schemes=("temporal", "genie"), trials=1)
     if scheme == "temporal":
         result["estimated"].values[:] = np.nan
     result["estimated_cov"].values[:] = np.nan if scheme == "temporal" else 0.0
-    road = trajectories.draw(result, scheme).axes[3]
-    assert [text.get_text() for text in road.texts] == ["no forecast"]
+    data = figure_of("trajectories", result, schemes=(scheme,))
+    assert [note.text for note in data.panels[3].notes] == ["no forecast"]
+    assert "no forecast" in written(data)
 
 
 def test_the_first_slots_are_all_marked_however_long_the_run():
-    axes = trajectories.draw(build_result(slots=200, trials=1)).axes[1]
-    for line in axes.get_lines():
-        if line.get_label() in ("estimated", "predicted"):
-            assert line.get_markevery()[:6] == [0, 1, 2, 3, 4, 10]
+    panel = figure_of("trajectories", build_result(slots=200, trials=1)).panels[1]
+    for name in ("estimated", "predicted"):
+        assert series_of(panel, name).x.size == 4 + 20

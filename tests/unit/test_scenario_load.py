@@ -87,8 +87,8 @@ def test_all_faults_are_reported_together_with_file_key_value_and_what_is_accept
         ("objects.0.angle=nan", "not finite"),
         ("radio.power=inf", "not finite"),
         ("radio.power=0", "greater than 0"),
-        ("radio.power=1 W", "unknown unit"),
-        ("radio.power=30 dBm", "'30 dBm' is a level in decibels; powers and gains are linear here"),
+        ("radio.power=1 W", "'1 W' is a power of 1 W; expected a plain number"),
+        ("radio.power=30 dBm", "'30 dBm' is a power of 1 W; expected a plain number"),
         ("uav.height=100,5 m", "'100,5 m' is no number; decimals take a point"),
         (
             "uav.floor=200 m",

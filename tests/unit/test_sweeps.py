@@ -13,9 +13,18 @@ from echobeam.faults import RunError
 from echobeam.scenario import ScenarioError
 from echobeam.simulation.summary import summarise
 from echobeam.store.block_files import BlockFiles
+from echobeam.store.result import write_dataset
 from echobeam.store.writing import StoreError
 from echobeam.sweeps.coordinates import coordinate
-from echobeam.sweeps.grid import Grid, SweepError, Varied, grid_dataset, read_varied, tidy_csv
+from echobeam.sweeps.grid import (
+    Grid,
+    SweepError,
+    Varied,
+    grid_dataset,
+    read_varied,
+    tidy_csv,
+    together,
+)
 from echobeam.sweeps.points import run_study, study_in
 from echobeam.units import parse_quantity
 
@@ -102,6 +111,7 @@ def test_an_interrupted_study_goes_on_and_comes_to_the_same(swept, tmp_path):
     "text",
     [
         "radio.power",
+        "radio.power,=1,2",
         "=1,2",
         "radio.power=",
         "radio.power=1,,2",
@@ -138,8 +148,7 @@ def swept_values(source, key, *texts):
     ],
 )
 def test_coordinates_are_what_the_scenario_reads(key, texts, values, units):
-    dimension, found, attrs = swept_values("paper-single", key, *texts)
-    assert dimension == key
+    found, attrs = swept_values("paper-single", key, *texts)
     assert found.dtype.kind == np.array(values).dtype.kind
     assert found.tolist() == pytest.approx(values) if units else found.tolist() == values
     assert attrs.get("units") == units
@@ -172,6 +181,68 @@ def test_every_axis_of_a_product_has_its_own_values():
     assert [one.array.n_tx for one in grid.along(points, 1)] == [8, 16, 32]
     assert [one.radio.power for one in grid.along(points, 2)] == [0.1, 1.0]
     assert [round(math.degrees(one.objects[0].angle)) for one in grid.along(points, 0)] == [60, 45]
+
+
+def test_keys_that_vary_together_are_one_dimension(tmp_path):
+    """A point is the run of its scenario; what varies with the first key is beside it."""
+    grid = Grid(
+        "paper-single",
+        ("frame.slots_per_frame=4",),
+        (read_varied("array.n_tx, array.n_rx=8,16"), read_varied("radio.power=1,10")),
+    )
+    assert grid.size == 4
+    assert grid.keys == ["array.n_tx", "array.n_rx", "radio.power"]
+    study = study_in(tmp_path / "b", grid.points(SCHEMES, 3, ()), 0)
+    scenarios = [point.scenario for point in study.points]
+    assert [one.array.n_tx for one in scenarios] == [8, 8, 16, 16]
+    assert [one.array.n_rx for one in scenarios] == [8, 8, 16, 16]
+    run_study(study)
+    write_dataset(tmp_path / "s.nc", grid_dataset(grid, study))
+    with xr.open_dataset(tmp_path / "s.nc", engine="h5netcdf") as found:
+        assert found["frame_rate_mean"].dims == ("array.n_tx", "radio.power", "scheme")
+        assert found["array.n_rx"].dims == ("array.n_tx",)
+        assert "array.n_rx" in found.coords
+        assert found["array.n_rx"].values.tolist() == [8, 16]
+        point = found["frame_rate_mean"].sel({"array.n_tx": 16, "radio.power": 10})
+        settings = ["frame.slots_per_frame=4", "array.n_tx=16", "array.n_rx=16", "radio.power=10"]
+        alone = eb.load_scenario("paper-single", settings)
+        figures = summarise(eb.simulate(alone, SCHEMES, trials=3, seed=0), alone)
+        for name in SCHEMES:
+            assert float(point.sel(scheme=name)) == figures[name].frame_rate_mean
+        tidy_csv(found, tmp_path / "s.csv")
+    with open(tmp_path / "s.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0])[:4] == ["array.n_tx", "array.n_rx", "radio.power", "scheme"]
+    assert [row["array.n_rx"] for row in rows] == ["8"] * 4 + ["16"] * 4
+
+
+def test_keys_that_vary_together_may_have_values_of_their_own():
+    axis = together(("array.n_tx", "array.n_rx"), [("8", "16"), ("8", "32"), ("16", "16")])
+    points = Grid("paper-single", (), (axis,)).points(("omni",), 1, ())
+    found = [(point.scenario.array.n_tx, point.scenario.array.n_rx) for point in points]
+    assert found == [(8, 16), (8, 32), (16, 16)]
+    assert axis.name == "array.n_tx,array.n_rx"
+
+
+def test_groups_that_are_none():
+    pair = ("array.n_tx", "array.n_rx")
+    with pytest.raises(SweepError, match=r"n_tx,array\.n_rx: \(8, 16, 3\) is not accepted"):
+        together(pair, [("8", "16", "3")])
+    with pytest.raises(SweepError, match="nothing varies"):
+        together((), [])
+    with pytest.raises(SweepError, match=r"array\.n_rx has 1 values, array\.n_tx has 2"):
+        Varied("array.n_tx", ("1", "2"), (("array.n_rx", ("1",)),))
+    same = together(pair, [("8", "16"), ("8", "16")])
+    with pytest.raises(SweepError, match=r"twice, as \(8, 16\) and as \(8, 16\)"):
+        Grid("paper-single", (), (same,)).points(("omni",), 1, ())
+    with pytest.raises(SweepError, match="varied twice"):
+        Grid("paper-single", (), (read_varied("trials,trials=1,2"),)).points((), 1, ())
+    axes = (read_varied("array.n_tx,trials=1,2"), read_varied("trials=1,2"))
+    with pytest.raises(SweepError, match="varied twice"):
+        Grid("paper-single", (), axes).points((), 1, ())
+    moved = Grid("paper-single", (), (read_varied("trials,objects.0.angle=1,2"),), "t.csv")
+    with pytest.raises(SweepError, match=r"objects\.0\.angle.*--trace"):
+        moved.points((), 1, ())
 
 
 def test_grids_that_are_none():

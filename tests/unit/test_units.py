@@ -55,12 +55,35 @@ def test_a_decimal_comma_is_named(text):
     assert str(caught.value) == f"{text!r} is no number; decimals take a point"
 
 
-@pytest.mark.parametrize("text", ["30 dBm", "0dBW", "-3 dB", "30 dbm"])
-def test_a_level_in_decibels_is_named(text):
+@pytest.mark.parametrize(
+    ("text", "watts"),
+    [
+        ("30 dBm", "1 W"), ("30 dbm", "1 W"), ("0dBW", "1 W"), ("-10 dBW", "0.1 W"),
+        ("20 mW", "0.02 W"), ("3 W", "3 W"), ("1e9 dBm", "inf W"),
+    ],
+)  # fmt: skip
+def test_a_power_in_watts_is_explained(text, watts):
     with pytest.raises(QuantityError) as caught:
         parse_quantity(text, "number")
-    message = f"{text!r} is a level in decibels; powers and gains are linear here"
+    message = str(caught.value)
+    assert message.startswith(
+        f"{text!r} is a power of {watts}; expected a plain number: radio.power, "
+    )
+    assert "echobeam describe" in message
+
+
+@pytest.mark.parametrize(("text", "ratio"), [("3 dB", "1.9953"), ("-3dB", "0.50119"), ("0 dBi", 1)])
+def test_a_ratio_in_decibels_is_given_as_it_would_be_written(text, ratio):
+    with pytest.raises(QuantityError) as caught:
+        parse_quantity(text, "number")
+    message = f"{text!r} is a ratio of {ratio} in power; expected a plain number: powers and gains "
+    message += "are linear"
     assert str(caught.value) == message
+
+
+def test_a_level_of_what_is_no_power_is_an_unknown_unit():
+    with pytest.raises(QuantityError, match=r"unknown unit 'dBm' in '30 dBm'; expected .* in m"):
+        parse_quantity("30 dBm", "length")
 
 
 def test_every_kind_counts_its_si_unit_as_one():

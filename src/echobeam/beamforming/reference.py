@@ -348,7 +348,5 @@ def _cvxpy() -> Any:
     try:
         import cvxpy
     except ImportError as error:
-        raise ImportError(
-            "method 'reference' needs CVXPY: pip install 'echobeam[reference]'"
-        ) from error
+        raise ImportError("method 'reference' needs CVXPY: pip install cvxpy scs") from error
     return cvxpy

@@ -142,7 +142,7 @@ def _why_not(method: Method, problems: CaseProblems, asked: bool) -> str:
     """Return why a method is left out of a case, nothing if it is not."""
     missing = method.requires()
     if missing:
-        return f"{missing} is not installed (pip install 'echobeam[reference]')"
+        return f"{missing} is not installed (pip install {missing})"
     if method.warm and not problems.has_warm_start:
         return "there is no slot before to start from"
     if not asked and not method.suits(problems.batch):

@@ -16,6 +16,7 @@ from echobeam.version import __version__
 
 COMMANDS = {
     "scenarios": "List the built-in scenarios, or print one as a file to edit.",
+    "describe": "Say what a scenario simulates: link budget and assumptions.",
     "schemes": "List the schemes that can be run.",
     "run": "Run a scenario and write a result.",
     "plot": "Draw a result.",

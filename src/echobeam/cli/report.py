@@ -10,15 +10,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from echobeam.physics.array import LinearArray
+from echobeam.cli.columns import aligned
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.decisions import Decisions
+from echobeam.simulation.link_budget import far_field
 from echobeam.simulation.summary import GENIE, SchemeSummary, improvement, summarise
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_ROWS = 60
+MOST_DIGITS = 4
+"""Digits after the point of a mean that is not written over a power of ten."""
+
 DECISION_WORDS = "decision per trial and slot on this machine, ms, mean (99th percentile)"
 
 
@@ -67,6 +71,21 @@ def milliseconds(decisions: Decisions) -> dict[str, str]:
     }
 
 
+def measured(mean: float, interval: tuple[float, float]) -> str:
+    """Return a mean with half its interval, of which two digits are printed.
+
+    Small ones are over a power of ten, ``(2.83 ± 0.12)e-05``.
+    """
+    half = (interval[1] - interval[0]) / 2
+    if not math.isfinite(mean) or not half > 1e-9 * abs(mean):  # one trial, or all alike
+        return f"{mean:.4g}"
+    digits = 1 - math.floor(math.log10(float(f"{half:.1e}")))  # 0.00999 is printed as 0.010
+    power = min(0, math.floor(math.log10(abs(mean)))) if mean and digits > MOST_DIGITS else 0
+    digits = max(0, digits + power)
+    scaled = f"{mean * 10.0**-power:.{digits}f} ± {half * 10.0**-power:.{digits}f}"
+    return scaled if power == 0 else f"({scaled})e{power:+03d}"
+
+
 def plain(value: object) -> object:
     """Return a value as JSON knows it."""
     if isinstance(value, Mapping):
@@ -92,7 +111,7 @@ def text_report(
     lines = [
         f"{scenario.name}: mean sum rate over {trials} trial{'s' * (trials > 1)}, {unit}{interval}",
         "",
-        *_aligned([["slot", *figures], *_rows(result, figures, scenario, 10.0**-exponent)]),
+        *_ruled([["slot", *figures], *_rows(result, figures, scenario, 10.0**-exponent)]),
         "",
     ]
     headline = improvement(result)
@@ -107,19 +126,24 @@ def text_report(
         said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in lost.items())
         lines.append(f"objects without a track in the last slot: {said}")
     lines += _notes(figures, scenario)
-    distance, far_field = result["truth"].sel(state="distance").to_numpy(), _far_field(scenario)
-    nearest = distance[np.isfinite(distance)].min(initial=np.inf)
-    if nearest < far_field:
-        lines.append(
-            f"the far field of the array begins at {far_field:.0f} m (2 D^2 / lambda): objects as"
-            f" near as {nearest:.0f} m are simulated with plane waves all the same"
-        )
     taken = milliseconds(decisions or {})
     if taken:
         said = ", ".join(f"{name} {one}" for name, one in taken.items())
         lines.append(f"{DECISION_WORDS}: {said}")
     lines.append(f"result: {path}")
     return "\n".join(lines)
+
+
+def far_field_warning(result: xr.Dataset, scenario: Scenario) -> str | None:
+    """Return a line if an object of a result is nearer than the arrays' far field begins."""
+    distance, start = result["truth"].sel(state="distance").to_numpy(), far_field(scenario)
+    nearest = distance[np.isfinite(distance)].min(initial=np.inf)
+    if nearest >= start:
+        return None
+    return (
+        f"warning: the far field of the array begins at {start:.0f} m (2 D^2 / lambda): objects as"
+        f" near as {nearest:.0f} m are simulated with plane waves all the same"
+    )
 
 
 def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str]:
@@ -147,15 +171,6 @@ def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str
         for what, values in listed.items()
         if values
     ]
-
-
-def _far_field(scenario: Scenario) -> float:
-    """Return the larger of the far-field distances of the two arrays, m."""
-    array = scenario.array
-    return max(
-        LinearArray(n, array.spacing, array.axis).far_field(scenario.radio.wavelength)
-        for n in (array.n_tx, array.receivers)
-    )
 
 
 def _exponent(figures: Mapping[str, SchemeSummary]) -> int:
@@ -196,11 +211,8 @@ def _cell(mean: float, interval: np.ndarray[tuple[int, ...], np.dtype[np.float64
     return f"{mean:.3f}" if np.isnan(half) else f"{mean:.3f} ± {half:.3f}"
 
 
-def _aligned(rows: list[list[str]]) -> list[str]:
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = [
-        "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
-        for row in rows
-    ]
+def _ruled(rows: list[list[str]]) -> list[str]:
+    """Return rows in columns, with a rule below the heads and one above the last row."""
+    lines = aligned(rows)
     rule = "-" * len(lines[0])
     return [lines[0], rule, *lines[1:-1], rule, lines[-1]]

@@ -69,14 +69,17 @@ def command(
     if not done.anything and not quiet:
         click.echo(f"{recording.out}: is complete, nothing was to be done", err=True)
     if as_json or not quiet:
-        click.echo(_report(recording.out, asked, done, as_json=as_json))
+        click.echo(_report(recording.out, asked, done, as_json=as_json, quiet=quiet))
 
 
-def _report(path: Path, asked: options.Asked, done: Done, *, as_json: bool) -> str:
-    from echobeam.cli.report import json_report, text_report
+def _report(path: Path, asked: options.Asked, done: Done, *, as_json: bool, quiet: bool) -> str:
+    from echobeam.cli.report import far_field_warning, json_report, text_report
     from echobeam.store.result import open_result
 
     report = json_report if as_json else text_report
     decisions = done.decisions[0] if done.decisions else None
     with open_result(path) as result:
+        warning = far_field_warning(result, asked.scenario)
+        if warning is not None and not quiet:
+            click.echo(warning, err=True)
         return report(result, asked.scenario, path, decisions)

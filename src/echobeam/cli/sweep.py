@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from echobeam.store.recorded import Done
+    from echobeam.sweeps.grid import Grid
 
 
 @click.command("sweep")
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     "varied",
     multiple=True,
     metavar="KEY=V1,V2,...",
-    help="Key and values; several make a product.",
+    help="Key and values; several make a product. KEY1,KEY2=V1,V2,... varies keys together.",
 )
 @options.scheme
 @options.trials
@@ -68,6 +69,7 @@ def command(
 
     \b
     echobeam sweep paper-single --vary radio.power=0.1,1,10 --vary array.n_tx=16,32,64
+    echobeam sweep paper-single --vary array.n_tx,array.n_rx=16,32,64 --trials 50
     echobeam sweep paper-multi --vary coverage.ripple=1,3,5 --trials 50 --csv ripple.csv
     """
     from echobeam.cli.progress import progress_bar
@@ -100,50 +102,57 @@ def command(
     if quiet and not as_json:
         return
     with open_sweep(target) as dataset:
-        keys = [axis.key for axis in grid.axes]
         if as_json:
-            click.echo(_json(dataset, name, target, keys, done))
-        else:  # a table is read: values as they were given, "60 deg" and not 1.047198
-            given = {axis.key: list(axis.values) for axis in grid.axes}
-            click.echo(_table(dataset.assign_coords(given), target, done))
+            click.echo(_json(dataset, name, target, grid, done))
+        else:
+            click.echo(_table(dataset, target, grid, done))
 
 
-def _table(dataset: xr.Dataset, path: Path, done: Done) -> str:
-    """Return mean sum rates and times over the grid, a row per point and a column per scheme."""
+def _table(dataset: xr.Dataset, path: Path, grid: Grid, done: Done) -> str:
+    """Return mean sum rates and times over the grid, a row per point and a column per scheme.
+
+    Points have their values as they were given, "60 deg" and not 1.047198.
+    """
     import numpy as np
 
-    from echobeam.cli.report import DECISION_WORDS, milliseconds
+    from echobeam.cli.columns import aligned
+    from echobeam.cli.report import DECISION_WORDS, measured, milliseconds
 
-    rates = dataset["frame_rate_mean"]
-    lines = ["mean sum rate, bit/s/Hz", "", _unstacked(rates), ""]
+    schemes = [str(name) for name in dataset["scheme"].values]
+    means = dataset["frame_rate_mean"].values.reshape(grid.size, -1)
+    intervals = dataset["frame_rate_interval"].values.reshape(*means.shape, 2)
+    places = list(np.ndindex(*(len(axis.values) for axis in grid.axes)))
+    settings = [
+        [value for axis, at in zip(grid.axes, place, strict=True) for _, value in axis.settings(at)]
+        for place in places
+    ]
+    heads = [*grid.keys, *schemes]
+    rates = [list(map(measured, *row)) for row in zip(means, intervals, strict=True)]
+    interval = ", with 95 % interval" if np.isfinite(intervals).any() else ""
+    lines = [f"mean sum rate, bit/s/Hz{interval}", ""]
+    lines += aligned([heads, *(s + r for s, r in zip(settings, rates, strict=True))])
     taken = [milliseconds(decisions) for decisions in done.decisions]
     if any(taken):
-        cells = [one.get(str(name), "") for one in taken for name in rates["scheme"].values]
-        times = rates.copy(data=np.array(cells, dtype=object).reshape(rates.shape))
-        lines += [DECISION_WORDS, "", _unstacked(times), ""]
-    return "\n".join([*lines, f"result: {path}"])
+        times = [[one.get(name, "") for name in schemes] for one in taken]
+        lines += ["", DECISION_WORDS, ""]
+        lines += aligned([heads, *(s + t for s, t in zip(settings, times, strict=True))])
+    return "\n".join([*lines, "", f"result: {path}"])
 
 
-def _unstacked(values: xr.DataArray) -> str:
-    """Return values as text, the schemes as columns."""
-    frame = values.to_dataframe()[values.name].unstack("scheme")
-    return str(frame[values["scheme"].values].to_string())
-
-
-def _json(dataset: xr.Dataset, name: str, path: Path, keys: list[str], done: Done) -> str:
+def _json(dataset: xr.Dataset, name: str, path: Path, grid: Grid, done: Done) -> str:
     """Return every figure of every point as strict JSON: what is not a number is null."""
     import numpy as np
 
     from echobeam.cli.report import plain, seconds
 
-    points = [_point(at, path) for at in _along(dataset, keys)]
+    points = [_point(at, path) for at in _along(dataset, grid)]
     taken = [seconds(one) for one in done.decisions] if done.decisions else [None] * len(points)
     document = {
         "scenario": name,
         "seed": int(dataset.attrs["seed"]),
         "trials": np.asarray(dataset.attrs["trials"]).tolist(),
         "result": str(path),
-        "vary": {key: dataset[key].values for key in keys},
+        "vary": {key: dataset[key].values for key in grid.keys},
         "points": [
             {**point, "decision_seconds": one} for point, one in zip(points, taken, strict=True)
         ],
@@ -151,13 +160,14 @@ def _json(dataset: xr.Dataset, name: str, path: Path, keys: list[str], done: Don
     return json.dumps(plain(document), indent=1, allow_nan=False)
 
 
-def _along(dataset: xr.Dataset, keys: list[str]) -> Iterator[tuple[dict[str, object], xr.Dataset]]:
+def _along(dataset: xr.Dataset, grid: Grid) -> Iterator[tuple[dict[str, object], xr.Dataset]]:
     """Yield every point of the grid: the values of its keys and its figures."""
     import numpy as np
 
-    for index in np.ndindex(*(dataset.sizes[key] for key in keys)):
-        point = dataset.isel(dict(zip(keys, index, strict=True)))
-        yield {key: point[key].item() for key in keys}, point
+    dims = [axis.key for axis in grid.axes]
+    for index in np.ndindex(*(dataset.sizes[dim] for dim in dims)):
+        point = dataset.isel(dict(zip(dims, index, strict=True)))
+        yield {key: point[key].item() for key in grid.keys}, point
 
 
 def _point(at: tuple[dict[str, object], xr.Dataset], path: Path) -> dict[str, object]:

@@ -207,7 +207,31 @@ class LinearArray:
             lambda, m. D = (n - 1) spacing lambda is the length of the array, so that Eq. (4)
             holds beyond 2 (n - 1)^2 spacing^2 lambda.
         """
-        return 2.0 * ((self.n - 1) * self.spacing) ** 2 * wavelength
+        length = (self.n - 1) * self.spacing
+        return 2.0 * length * length * wavelength
+
+    def half_power_width(self, theta: npt.ArrayLike) -> Array:
+        """Return the width of the matched beam between its half-power angles, ``(...)`` rad.
+
+        The main lobe ends where |sin(n x / 2) / (n sin(x / 2))|^2 = 1 / 2, x the difference in
+        phase step. Around the array's axis the lobe folds over, and its two halves are one.
+
+        Parameters
+        ----------
+        theta
+            ``(...)`` rad: where the beam points; NaN gives NaN.
+
+        Returns
+        -------
+        Array
+            ``(...)`` rad, 2 pi where the lobe has no end, as for a single element.
+        """
+        u = np.abs(self.frequency(theta))  # both directions of the axis are alike
+        reach = _half_power_phase(self.n) / (2.0 * np.pi * self.spacing)
+        low = np.arcsin(np.maximum(u - reach, -1.0))
+        folded = u + reach >= 1.0
+        width: Array = np.where(folded, np.pi - low, np.arcsin(np.minimum(u + reach, 1.0))) - low
+        return width
 
     def _rate(self) -> Array:
         rate: Array = 2.0 * np.pi * self.spacing * np.arange(self.n, dtype=np.float64)
@@ -220,3 +244,15 @@ def _powers(phase: Array, count: int) -> ComplexArray:
     turns[..., 0] = 1.0
     turns[..., 1:] = np.exp(1j * phase)[..., np.newaxis]
     return np.cumprod(turns, axis=-1, out=turns)
+
+
+def _half_power_phase(n: int) -> float:
+    """Return the difference in phase step, rad, at which ``n`` elements lose half their power."""
+    if n == 1:
+        return math.inf
+    inside, outside = 0.0, 2.0 * math.pi / n  # the first zero
+    for _ in range(60):  # bisection, down to the spacing of doubles
+        middle = 0.5 * (inside + outside)
+        amplitude = math.sin(n * middle / 2.0) / (n * math.sin(middle / 2.0))
+        inside, outside = (middle, outside) if amplitude**2 > 0.5 else (inside, middle)
+    return inside

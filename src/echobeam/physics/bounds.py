@@ -85,7 +85,7 @@ def measurement_variance(
         case "paper":
             per_echo = float(transmitter.n * receiver.n)
             aperture = square_aperture(theta, transmitter)
-            delay, doppler = bandwidth**2, pulse_length**2
+            delay, doppler = bandwidth * bandwidth, pulse_length * pulse_length
         case "exact":
             per_echo = 2.0 * receiver.n
             aperture = square_aperture(theta, receiver) + transmit_aperture(
@@ -177,7 +177,8 @@ def transmit_aperture(sent: Transmission, theta: npt.ArrayLike, array: LinearArr
 
 def _mean_square_rate(width: float) -> float:
     """Return (2 pi)^2 times the variance of a uniform distribution of this width."""
-    return (2.0 * np.pi * width) ** 2 / 12.0
+    rate = 2.0 * np.pi * width
+    return rate * rate / 12.0  # a product overflows to infinity, a power of floats raises
 
 
 def _inverse(snr: Array, factor: Array) -> Array:

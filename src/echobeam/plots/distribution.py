@@ -34,13 +34,12 @@ def distribution(source: Source) -> FigureData:
         for number in range(3)
     ]
     low = [float(one.x[0]) for one in series[1] if not one.empty and one.x[0] > 0]
-    frame = f"{source.scenario.frame.slots_per_frame} slots"
     panels = (
         Panel(
             Axis("Mean sum rate of a frame", "bit/s/Hz"),
             Axis("Share of frames at or below", limits=_SHARE),
             series[0],
-            title=f"Rate (frames of {frame})",
+            title=f"Rate (frames of {source.frame} slots)",
             empty="no rates",
         ),
         Panel(
@@ -71,8 +70,8 @@ def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
     one = one.transpose("trial", "slot", "object", "state")
     shown = np.isin(source.slots, source.choice.slots or source.slots)
     present = one["present"].values.astype(bool) & shown[:, None]
-    sum_rate, frame = source.parts[source.names[index]]["sum_rate"], source.scenario.frame
-    frames = sum_rate.reshape(source.trials, -1, frame.slots_per_frame).mean(axis=-1)
+    sum_rate = source.parts[source.names[index]]["sum_rate"]
+    frames = sum_rate.reshape(source.trials, -1, source.frame).mean(axis=-1)
     error = posterior_errors(one["estimated"].values, one["truth"].values)[..., 0]
     error = np.abs(np.degrees(error[present]))
     directional = present & (one["mode"].values == Mode.DIRECTIONAL)[..., None]

@@ -108,16 +108,19 @@ def draw(data: FigureData, *, captions: bool = True) -> Figure:
         empty_sentinel="-1",
     )
     looks = _looks(data)
+    panels = [(places[str(number)], panel) for number, panel in enumerate(data.panels)]
+    drawn = [_draw_panel(axes, panel, looks) for axes, panel in panels]
+    for axes, panel in panels:  # once all data are there, since panels may share their axes
+        _set_axis(axes, panel.x, "x")
+        _set_axis(axes, panel.y, "y")
     entries: dict[str, Artist] = {}
-    for number, panel in enumerate(data.panels):
-        axes = places[str(number)]
-        found = _draw_panel(axes, panel, looks)
+    for (axes, panel), found in zip(panels, drawn, strict=True):
         if panel.legend:
             axes.legend(handles=list(found.values()), loc="best")
         else:
-            entries = found | entries if number else found
+            entries = found | entries
     if data.share:
-        _label_outer([places[str(number)] for number in range(len(data.panels))], data.share)
+        _label_outer([axes for axes, _ in panels], data.share)
     banded = any(one.band is not None and not one.empty for p in data.panels for one in p.series)
     for text, look in data.key:
         entries[text] = _entry(text, look)
@@ -140,7 +143,7 @@ def _entry(text: str, look: Look) -> Artist:
 
 def _heading(data: FigureData) -> list[str]:
     """Return the lines above the panels, wrapped at the figure's width."""
-    most = int(1.25 * _CHARACTERS_PER_INCH * data.size[0])
+    most = int(1.1 * _CHARACTERS_PER_INCH * data.size[0])
     texts = (data.title, data.setting, *data.caption.split("\n"))
     return [line for text in texts if text for line in textwrap.wrap(text, most)]
 
@@ -166,8 +169,6 @@ def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, Look]) -> dict[str, A
             drawn.setdefault(one.name, artist)
     if all(one.empty for one in panel.series):
         _write(axes, Note(panel.empty, 0.5, 0.5, FAINT, inside=True))
-    _set_axis(axes, panel.x, "x")
-    _set_axis(axes, panel.y, "y")
     for note in panel.notes:
         _write(axes, note)
     if panel.equal:
@@ -187,7 +188,7 @@ def _draw_series(axes: Axes, one: Series, look: Look, *, log: bool) -> Artist:
         return _draw_points(axes, one, look)
     if one.band is not None:
         low, high = one.band.T
-        strength = 1.0 if one.kind == "band" else 0.2
+        strength = 1.0 if one.kind == "band" else 0.2 if one.width >= 1.0 else 0.1
         axes.fill_between(
             np.asarray(one.x, dtype=float), low, high, color=look.colour, alpha=strength,
             linewidth=0, zorder=1.2 if one.kind == "band" else 1.5,
@@ -287,15 +288,27 @@ def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
         own.set_tick_params(which="minor", length=0)
     elif not axis.log:
         integer = axis.name in ("Slot", "Horizon", "Frame")
-        most = 10 if integer else 6 if which == "x" else 7
+        most = 7 if which == "y" else min(10 if integer else 6, round(2.4 * _inches_wide(axes)))
         own.set_major_locator(MaxNLocator(nbins=most, steps=[1, 2, 2.5, 5, 10], integer=integer))
         if axis.unit and not integer:
             _scale_power(axes, axis, which)
 
 
+def _inches_wide(axes: Axes) -> float:
+    """Return about how wide a panel is, from the columns that it spans."""
+    place = axes.get_subplotspec()
+    width = float(axes.figure.bbox.width / axes.figure.dpi)
+    if place is None:
+        return width
+    return width * len(place.colspan) / place.get_gridspec().ncols
+
+
 def _scale_log(axes: Axes, which: str) -> None:
     """Give an axis a logarithmic scale with plain numbers, several of them on a short one."""
     own = axes.xaxis if which == "x" else axes.yaxis
+    least = axes.dataLim.minposx if which == "x" else axes.dataLim.minposy
+    if not math.isfinite(least):  # nothing positive to see
+        return
     (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     (axes.set_xmargin if which == "x" else axes.set_ymargin)(0.08)
     axes.autoscale_view()
@@ -319,7 +332,7 @@ def _scale_power(axes: Axes, axis: Axis, which: str) -> None:
     def write(value: float, _: int | None) -> str:
         ticks = own.get_majorticklocs() / 10.0**power
         exact = (d for d in range(4) if np.allclose(ticks, np.round(ticks, d), atol=1e-9))
-        return f"{value / 10.0**power:.{next(exact, 4)}f}"
+        return f"{value / 10.0**power:.{next(exact, 4)}f}".replace("-", "\N{MINUS SIGN}")
 
     own.set_major_formatter(FuncFormatter(write))
 

@@ -55,7 +55,8 @@ def _close_curves(series: list[Series]) -> list[Series]:
         for one in series
         if not one.empty
     }
-    top = [one for one in series if means.get(one.name, 0.0) > 0.7 * max(means.values())]
+    most = max(means.values(), default=0.0)
+    top = [one for one in series if means.get(one.name, 0.0) > 0.7 * most]
     return top if 2 <= len(top) < len(means) else []
 
 

@@ -116,10 +116,16 @@ class Source:
         return np.asarray(self.result["slot"].values, dtype=float)
 
     @property
+    def frame(self) -> int:
+        """Slots of a frame; all slots of a result that is cut and has no whole frames."""
+        frame, count = self.scenario.frame.slots_per_frame, self.slots.size
+        return frame if count % frame == 0 else int(count)
+
+    @property
     def pooled(self) -> int:
         """Slots behind each value of a curve over the slots: one, or a frame of a long run."""
-        frame, count = self.scenario.frame.slots_per_frame, self.slots.size
-        return frame if count > MOST_SLOTS and count % frame == 0 else 1
+        count = self.slots.size
+        return self.frame if count > MOST_SLOTS and self.frame < count else 1
 
     def pool(self, values: Array) -> Array:
         """Return sums over the slots behind each value, ``(..., n)`` to ``(..., n / pooled)``."""

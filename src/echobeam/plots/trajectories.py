@@ -124,7 +124,7 @@ def _scene_panel(scene: Scene) -> Panel:
         path_series(f"object {k + 1}", scene.true[stay, k], object_look(k))
         for k, stay in scene.stays
     ]
-    notes = [Note("UAV", *_end(scene.uav), offset=(22, 0), bold=True)]
+    notes = [Note("UAV", *_end(scene.uav[:1]), offset=(0, 10), bold=True)]
     notes += [
         Note(str(k + 1), *_end(scene.true[stay, k]), object_look(k).colour, offset=(0, -12),
              bold=True)
@@ -137,7 +137,7 @@ def _scene_panel(scene: Scene) -> Panel:
                   width=2.0, legend=False)  # fmt: skip
     return Panel(
         Axis(_ROAD.name, "m", limits=(low[0], high[0])),
-        Axis("Height", "m", limits=(low[1] - 0.08 * height, high[1])),
+        Axis("Height", "m", limits=(low[1] - 0.08 * height, high[1] + 0.05 * height)),
         (road, *series),
         notes=tuple(notes),
         equal=bool(width < _FLATTEST * height),
@@ -173,7 +173,7 @@ def _close_up(scene: Scene, k: int, stay: slice) -> Panel:
         *ellipses,
     ]  # fmt: skip
     return Panel(
-        _ROAD, _HEIGHT, tuple(series), f"object {k + 1}: path and estimates", empty="no estimates"
+        Axis("Position", "m"), _HEIGHT, tuple(series), f"object {k + 1}", empty="no estimates"
     )
 
 
@@ -226,12 +226,14 @@ def _road_panel(source: Source, scene: Scene, k: int, stay: slice) -> Panel:
     one = source.one_trial("estimated", "estimated_cov", "uav_position", "uav_velocity")
     mean = one["estimated"].isel(object=k).transpose("slot", "state").values
     cov = one["estimated_cov"].isel(object=k).transpose("slot", "state", "state_b").values
-    uav = one["uav_position"].values, one["uav_velocity"].values
+    position, velocity = (
+        one[name].transpose("slot", "axis").values for name in ("uav_position", "uav_velocity")
+    )
     system = system_for(source.scenario, source.one_scheme())
-    cones = make_cones(mean, cov, chosen_slots(stay), stay.stop, uav, system)
+    cones = make_cones(mean, cov, chosen_slots(stay), stay.stop, (position, velocity), system)
     series += [part for cone in cones for part in cone_series(cone, slots, look.colour)]
     notes = () if cones else (Note("no forecast", 0.5, 0.85, "0.45", inside=True),)
     return Panel(
-        Axis("Slot"), Axis("Position", "m"), tuple(series), f"object {k + 1}: forecasts",
+        Axis("Slot"), Axis("Position", "m"), tuple(series), f"object {k + 1}",
         notes=notes,
     )  # fmt: skip

@@ -25,7 +25,8 @@ def write_claims(
 ) -> None:
     """Write both files, each whole or not at all."""
     texts = {
-        "claims.json": json.dumps(document(findings), indent=1, allow_nan=False) + "\n",
+        "claims.json": json.dumps(document(findings, sensitivity), indent=1, allow_nan=False)
+        + "\n",
         "claims.md": page(findings, results, sensitivity),
     }
     for name, text in texts.items():
@@ -33,9 +34,28 @@ def write_claims(
             temporary.write_text(text, encoding="utf-8")
 
 
-def document(findings: Sequence[Finding]) -> dict[str, list[dict[str, object]]]:
-    """Return the findings as JSON knows them: what is not a finite number is null."""
-    return {"claims": [_entry(finding) for finding in findings]}
+def document(
+    findings: Sequence[Finding], sensitivity: Sequence[Entry] = ()
+) -> dict[str, list[dict[str, object]]]:
+    """Return findings and map as JSON knows them: what is not a finite number is null."""
+    found = {"claims": [_entry(finding) for finding in findings]}
+    return found | ({"sensitivity": [_mapped(one) for one in sensitivity]} if sensitivity else {})
+
+
+def _mapped(one: Entry) -> dict[str, object]:
+    measured = one.finding.measured
+    ours = measured.headline
+    return {
+        "id": one.finding.claim.id,
+        "reading": one.reading,
+        "quantity": next(iter(measured.estimates)),
+        "ours": _number(ours.value),
+        "interval": [_number(ours.low), _number(ours.high)] if ours.random else None,
+        "unit": measured.unit,
+        "trials": one.trials,
+        "fallbacks": _number(one.fallbacks),
+        "verdict": one.judgement,
+    }
 
 
 def _entry(finding: Finding) -> dict[str, object]:
@@ -125,7 +145,7 @@ def _map(sensitivity: Sequence[Entry]) -> list[str]:
         "",
         f"Every claim of {', '.join(figures)}, measured and judged again by its own rule under "
         "each of these readings that touches what it is measured on; the numbers stand in "
-        f"`sensitivity.csv`. {firm} of {len(by_claim)} get the default's verdict wherever they are "
+        f"`claims.json`. {firm} of {len(by_claim)} get the default's verdict wherever they are "
         f'judged. {_trials(sensitivity)} Two objects have fewer; "fewer trials" changes '
         "nothing else: where its verdict is a lesser one, so may be others for want of trials. "
         "Not judged: most beams were a fallback, or there is nothing to measure (a share of no "

@@ -139,7 +139,9 @@ def write_dataset(path: Path, dataset: xr.Dataset) -> None:
     """
     with netcdf_file(path) as (file, _):
         file.dimensions = dict(dataset.sizes)
-        for key, value in dataset.attrs.items():
+        beside = [str(name) for name in dataset.coords if name not in dataset.dims]
+        words = {"coordinates": " ".join(beside)} if beside else {}  # CF's mark of coordinates
+        for key, value in (dataset.attrs | words).items():
             file.attrs[key] = _storable(value)
         for name, variable in dataset.variables.items():
             _write_variable(file, str(name), variable.dims, variable.values, variable.attrs)

@@ -37,8 +37,8 @@ def read_setting(scenario: Scenario, key: str) -> tuple[object, str]:
 
 def coordinate(
     scenarios: Sequence[Scenario], key: str, texts: Sequence[str]
-) -> tuple[str, AnyArray, dict[str, str]]:
-    """Return a key's dimension, values and attributes, one value for each of the scenarios.
+) -> tuple[AnyArray, dict[str, str]]:
+    """Return a key's values and attributes, one value for each of the scenarios.
 
     Whole numbers where the scenario has whole numbers, SI where it has quantities, and otherwise
     the texts as they were given.
@@ -47,16 +47,16 @@ def coordinate(
     attrs = {"long_name": f"the scenario's {key}"}
     kinds = {type(value) for value in values}
     if kinds == {int} or kinds == {float}:
-        return key, np.array(values), attrs | ({"units": units[0]} if units[0] else {})
-    return key, np.array(texts), attrs
+        return np.array(values), attrs | ({"units": units[0]} if units[0] else {})
+    return np.array(texts), attrs
 
 
-def first_repeated(scenarios: Sequence[Scenario], key: str) -> tuple[int, int] | None:
-    """Return which two of the scenarios have the same value at a key, None if they all differ."""
-    values = [read_setting(scenario, key)[0] for scenario in scenarios]
+def first_repeated(scenarios: Sequence[Scenario], keys: Sequence[str]) -> tuple[int, int] | None:
+    """Return which two of the scenarios are alike at all of some keys, None if they all differ."""
+    values = [[read_setting(scenario, key)[0] for key in keys] for scenario in scenarios]
     for later, value in enumerate(values):
         for earlier in range(later):
-            if _same(values[earlier], value):
+            if all(map(_same, values[earlier], value)):
                 return earlier, later
     return None
 

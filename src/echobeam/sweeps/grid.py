@@ -30,28 +30,102 @@ class SweepError(InputError):
 
 @dataclass(frozen=True, slots=True)
 class Varied:
-    """One axis of a grid: a scenario's dotted key and the texts of its values."""
+    """One axis of a grid: a scenario's dotted key and the texts of its values.
+
+    Attributes
+    ----------
+    key
+        Names the dimension.
+    values
+        One for each point of the axis.
+    others
+        Further keys that vary with it, each with as many values.
+    """
 
     key: str
     values: tuple[str, ...]
+    others: tuple[tuple[str, tuple[str, ...]], ...] = ()
+
+    def __post_init__(self) -> None:
+        for key, values in self.others:
+            if len(values) != len(self.values):
+                raise SweepError(
+                    f"--vary {self.name}: {key} has {len(values)} values, {self.key} has "
+                    f"{len(self.values)}; keys that vary together have as many"
+                )
+
+    @property
+    def columns(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """Every key with its values."""
+        return ((self.key, self.values), *self.others)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Every key."""
+        return tuple(key for key, _ in self.columns)
+
+    @property
+    def name(self) -> str:
+        """All keys, as they are given on the command line."""
+        return ",".join(self.keys)
+
+    def settings(self, index: int) -> list[tuple[str, str]]:
+        """Return every key with its value at a point of the axis."""
+        return [(key, values[index]) for key, values in self.columns]
+
+    def text(self, index: int) -> str:
+        """Return a point of the axis in words: one value if all keys have the same."""
+        texts = [values[index] for _, values in self.columns]
+        return texts[0] if len(set(texts)) == 1 else f"({', '.join(texts)})"
+
+
+def together(keys: Sequence[str], points: Sequence[Sequence[str]]) -> Varied:
+    """Return an axis along which several keys vary, each with values of its own.
+
+    Parameters
+    ----------
+    keys
+        Dotted keys; the first one names the dimension.
+    points
+        Texts, for each point of the axis one for each key.
+
+    Raises
+    ------
+    SweepError
+        If there is no key or no point, or a point has another number of values.
+    """
+    name = ",".join(keys)
+    if not keys or not points:
+        raise SweepError(f"--vary {name}: nothing varies; expected keys and values")
+    for point in points:
+        if len(point) != len(keys):
+            raise SweepError(
+                f"--vary {name}: ({', '.join(point)}) is not accepted; expected {len(keys)} values"
+            )
+    first, *others = zip(keys, zip(*points, strict=True), strict=True)
+    return Varied(*first, tuple(others))
 
 
 _BETWEEN_VALUES = re.compile(r",(?![^\[]*\])")  # not inside [...], which is one value
 
 
 def read_varied(text: str) -> Varied:
-    """Read ``KEY=V1,V2,...``.
+    """Read ``KEY=V1,V2,...``, or ``KEY1,KEY2=V1,V2,...``, whose keys all have the same values.
 
     Raises
     ------
     SweepError
-        If it is not of that form.
+        If it is of neither form.
     """
-    key, equals, rest = text.partition("=")
+    names, equals, rest = text.partition("=")
+    keys = [key.strip() for key in names.split(",")]
     values = tuple(value.strip().strip("\"'") for value in _BETWEEN_VALUES.split(rest))
-    if not equals or not key.strip() or not all(values):
-        raise SweepError(f"--vary {text}: expected KEY=V1,V2,..., such as radio.power=0.1,1,10")
-    return Varied(key.strip(), values)
+    if not equals or not all(keys) or not all(values):
+        raise SweepError(
+            f"--vary {text}: expected KEY=V1,V2,..., such as radio.power=0.1,1,10, or "
+            "KEY1,KEY2=V1,V2,... for keys that vary together"
+        )
+    return together(keys, [[value] * len(keys) for value in values])
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +152,11 @@ class Grid:
         """Number of points."""
         return math.prod(len(axis.values) for axis in self.axes)
 
+    @property
+    def keys(self) -> list[str]:
+        """Every key that varies."""
+        return [key for axis in self.axes for key in axis.keys]
+
     def points(
         self, schemes: tuple[str, ...], trials: int | None, keep: tuple[str, ...]
     ) -> list[Point]:
@@ -88,7 +167,7 @@ class Grid:
         SweepError, ScenarioError
             If a key or a value stands twice, a trace would undo it, or a point is no scenario.
         """
-        keys = [axis.key for axis in self.axes]
+        keys = self.keys
         if not keys:
             raise SweepError("nothing varies; give at least one --vary KEY=V1,V2,...")
         if len(set(keys)) < len(keys):
@@ -97,8 +176,9 @@ class Grid:
         if self.trace is not None and moved is not None:
             raise SweepError(f"--vary {moved}: not together with --trace, which moves the objects")
         points = []
-        for values in itertools.product(*(axis.values for axis in self.axes)):
-            settings = [f"{key}={value}" for key, value in zip(keys, values, strict=True)]
+        for place in itertools.product(*(range(len(axis.values)) for axis in self.axes)):
+            chosen = zip(self.axes, place, strict=True)
+            settings = [f"{k}={v}" for axis, index in chosen for k, v in axis.settings(index)]
             scenario = load_scenario(self.source, [*self.overrides, *settings])
             if self.trace is not None:
                 scenario = scenario.with_trace(self.trace)
@@ -123,11 +203,11 @@ class Grid:
     def _check_values(self, points: Sequence[Point]) -> None:
         """Refuse two values that the scenario reads as the same, such as 80 m and 8000 cm."""
         for index, axis in enumerate(self.axes):
-            repeated = first_repeated(self.along(points, index), axis.key)
+            repeated = first_repeated(self.along(points, index), axis.keys)
             if repeated is not None:
-                one, two = (axis.values[i] for i in repeated)
+                one, two = map(axis.text, repeated)
                 raise SweepError(
-                    f"--vary {axis.key}: a value stands twice, as {one} and as {two}; "
+                    f"--vary {axis.name}: a value stands twice, as {one} and as {two}; "
                     "give each one once"
                 )
 
@@ -156,8 +236,10 @@ SLOT_MEANS = ("angle_over_bound", "distance_over_bound", "nees", "nis")
 
 
 def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
-    """Return a finished study's figures over the grid, one labelled dimension per varied key.
+    """Return a finished study's figures over the grid, one labelled dimension per axis.
 
+    A dimension has the name and the values of its axis's key; keys that vary with it are further
+    coordinates on it.
     A per-slot variable is NaN beyond the slots of a point that has fewer.
     """
     import xarray as xr
@@ -196,8 +278,9 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
         {"units": "bit/s/Hz", "long_name": "95 % interval of frame_rate_mean"},
     )
     coords: dict[str, object] = {
-        axis.key: coordinate(grid.along(study.points, index), axis.key, axis.values)
+        key: (axis.key, *coordinate(grid.along(study.points, index), key, values))
         for index, axis in enumerate(grid.axes)
+        for key, values in axis.columns
     }
     coords |= {"scheme": names, "slot": np.arange(1, n_slots + 1), "end": ["low", "high"]}
     trials = [point.trials for point in study.points]
@@ -207,14 +290,19 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
 
 
 def tidy_csv(dataset: xr.Dataset, path: Path) -> None:
-    """Write one row per point and scheme; of some per-slot figures it has the mean."""
+    """Write one row per point and scheme; of some per-slot figures it has the mean.
+
+    The columns begin with the keys that vary and the scheme.
+    """
     rates = dataset["frame_rate_interval"]
     flat = dataset[list(SCALARS)].assign({name: dataset[name].mean("slot") for name in SLOT_MEANS})
     flat = flat.assign(
         frame_rate_low=rates.sel(end="low", drop=True),
         frame_rate_high=rates.sel(end="high", drop=True),
     )
-    flat.to_dataframe().drop(columns=["slot", "end"], errors="ignore").to_csv(path)
+    frame = flat.to_dataframe().reset_index().drop(columns=["slot", "end"], errors="ignore")
+    first = [*(str(key) for key in flat.coords if key in frame and key != "scheme"), "scheme"]
+    frame[first + [name for name in frame if name not in first]].to_csv(path, index=False)
 
 
 def scheme_names(study: Study) -> list[str]:

@@ -68,7 +68,7 @@ class Sweep:
 
     def vary(self) -> str:
         """Return what varies, as it is kept in the result."""
-        return json.dumps({axis.key: axis.values for axis in self.grid.axes})
+        return json.dumps({key: values for axis in self.grid.axes for key, values in axis.columns})
 
 
 def point_path(out: Path, index: int) -> Path:
@@ -140,9 +140,11 @@ def _finished(sweep: Sweep, study: Study) -> bool:
     try:
         with open_sweep(sweep.out) as found:
             same = (found.attrs[JOB], found.attrs[VARY]) == (study.job().digest(), sweep.vary())
+            dims = found["frame_rate_mean"].dims[:-1]
     except StoreError:
         return False
-    return same and all(path.is_file() for path in _point_paths(sweep, study))
+    along = tuple(axis.key for axis in sweep.grid.axes)
+    return same and dims == along and all(path.is_file() for path in _point_paths(sweep, study))
 
 
 def _check_places(sweep: Sweep, study: Study) -> None:

@@ -72,15 +72,15 @@ def _gains(results: Results) -> Panel:
                        kind="points", hollow=slot == SLOT, legend=False)
             )  # fmt: skip
             notes.append(
-                Note(f"slot {slot}", float(numbers[0]), float(mean[0]), object_look(k).colour,
-                     offset=(-4.0, 0.0), align="right")
+                Note(f"slot {slot}", float(numbers[-1]), float(mean[-1]), object_look(k).colour,
+                     offset=(5.0, 0.0), align="left")
             )  # fmt: skip
     series.append(
         Series("matched beam, $N_t$", numbers, numbers.astype(float), look=Look("0.5", "", DOTTED),
                kind="line")
     )  # fmt: skip
     return Panel(
-        Axis("Antennas $N_t$ = $N_r$", ticks=tuple(map(float, numbers)), limits=(21.0, 52.0)),
+        Axis("Antennas $N_t$ = $N_r$", ticks=tuple(map(float, numbers)), limits=(28.0, 58.0)),
         Axis("Array gain at the object", limits=(0.0, 1.05 * max(ANTENNAS_FOR_TWO))),
         tuple(series),
         "gain of an object's own beam",

@@ -26,8 +26,7 @@ def data(results: Results) -> FigureData:
         (_omni(outcome), *(_panel(outcome, slot) for slot in SLOTS)),
         setting(outcome.scenario),
         f"medians over {outcome.point.trials} trials with 5–95 % bands; vertical lines: true "
-        "angles; an upright array repeats every lobe at 180° − θ, and the angles above half power "
-        "are those of a lobe with its mirror image",
+        "angles; −3 dB: angles above half power, a lobe with its mirror image at 180°−θ together",
         layout=((0, 1, 2), (3, 4, 5)),
         size=(7.16, 3.9),
         share="xy",
@@ -52,9 +51,7 @@ def _panel(outcome: Outcome, slot: int) -> Panel:
         series.append(
             Series(one.name, one.x, one.y, one.band, look.plain(), kind="line", legend=False)
         )
-        text = (
-            f"above half power: {width[:, k].mean():.0f}°; power {100 * power[:, k].mean():.0f} %"
-        )
+        text = f"−3 dB: {width[:, k].mean():.0f}°; power {100 * power[:, k].mean():.0f} %"
         notes.append(Note(text, 0.03, 0.93 - 0.1 * k, look.colour, inside=True, align="left"))
     return Panel(ANGLE, GAIN, tuple(series), f"slot {slot}", _truth(outcome, slot), tuple(notes))
 

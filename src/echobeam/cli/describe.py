@@ -1,0 +1,257 @@
+"""`echobeam describe`."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import textwrap
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from echobeam.cli import options
+from echobeam.cli.columns import aligned
+
+if TYPE_CHECKING:
+    from echobeam.scenario.model import Scenario
+    from echobeam.simulation.assumptions import Assumption
+    from echobeam.simulation.description import Description
+    from echobeam.simulation.link_budget import EchoBudget, ObjectBudget, PowerScale
+
+WIDTH = 100
+MOST_OBJECTS = 20
+"""Objects of which the tables have a row; JSON has all."""
+
+
+@click.command("describe")
+@click.argument("scenario")
+@options.overrides
+@options.trace
+@click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="Print all numbers as JSON: SI units, radians, linear powers.",
+)
+def command(scenario: str, overrides: tuple[str, ...], trace: str | None, as_json: bool) -> None:
+    r"""Say what SCENARIO simulates: link budget, first measurements, and what is assumed.
+
+    Nothing is run. A warning says where an assumption of the model does not hold.
+
+    \b
+    echobeam describe paper-single
+    echobeam describe mine.toml --set radio.power=1000 --set array.n_tx=256 --json
+    """
+    from echobeam.scenario.load import load_scenario
+    from echobeam.simulation.description import describe
+
+    loaded = load_scenario(scenario, overrides)
+    description = describe(loaded if trace is None else loaded.with_trace(trace))
+    click.echo(_json(description) if as_json else _text(description))
+
+
+def _json(description: Description) -> str:
+    """Return the numbers as strict JSON: what is not a number is null."""
+    from echobeam.cli.report import plain
+
+    document: dict[str, Any] = {
+        "scenario": description.scenario.name,
+        "slot": description.slot,
+        "scale": dataclasses.asdict(description.scale),
+        "objects": [dataclasses.asdict(one) for one in description.objects],
+        "assumptions": [dataclasses.asdict(one) for one in description.assumptions],
+    }
+    return json.dumps(plain(document), indent=1, allow_nan=False)
+
+
+def _text(description: Description) -> str:
+    scenario, objects = description.scenario, description.objects
+    shown = objects[:MOST_OBJECTS]
+    lines = [f"{scenario.name}: {scenario.description}".removesuffix(": "), "", *_setting(scenario)]
+    lines += ["", "powers", *_powers(description.scale, scenario)]
+    if shown:
+        place = f"slot {description.slot}"
+        lines += ["", f"downlink in {place}, dB and bit/s/Hz", *_downlink(shown)]
+        lines += ["", f"echo in {place}, dB", *_echoes(shown, scenario)]
+        lines += ["", f"standard deviations of a measurement in {place}", *_deviations(shown)]
+        if len(objects) > len(shown):
+            lines.append(f"  and {len(objects) - len(shown)} objects more, see --json")
+    else:
+        lines += ["", "no object in the scene: the UAV senses only"]
+    found = description.assumptions
+    lines += ["", *(_filled("WARNING ", f"{a.name}: {a.statement}") for a in description.warnings)]
+    lines += [_filled("holds    ", ", ".join(map(_kept, (a for a in found if a.holds))))]
+    lines += [_filled("taken    ", "; ".join(a.statement for a in found if a.holds is None))]
+    return "\n".join(lines)
+
+
+def _setting(scenario: Scenario) -> list[str]:
+    array, radar, uav = scenario.array, scenario.radar, scenario.uav
+    frame, believed, cover = scenario.frame, scenario.filter, scenario.coverage
+    follows = "sine" if array.axis == "vertical" else "cosine"
+    prior = (
+        f"velocity prior {believed.velocity_prior:g} m/s"
+        if believed.velocity_prior
+        else "no velocity prior"
+    )
+    moved = (
+        f"of the trace {Path(scenario.trace.file).name}"
+        if scenario.trace
+        else f"{scenario.n_objects}"
+    )
+    rows = {
+        "array": f"{array.n_tx} antennas send, {array.receivers} receive, {array.spacing:g} "
+        f"wavelengths apart, {array.axis} (phase by the {follows} of the angle), "
+        f"{scenario.radio.carrier / 1e9:g} GHz",
+        "UAV": f"{uav.height:g} m high, {uav.speed:g} m/s at {_degrees(uav.heading)} degrees above "
+        "the horizontal",
+        "objects": moved,
+        "frame": f"{frame.slots_per_frame} slots of {_time(frame.slot)}, {frame.frames} of these "
+        f"frames ({_time(scenario.n_slots * frame.slot)}); slot 1 of a frame is omnidirectional "
+        "or a pilot, the others have beams",
+        "radar": f"bandwidth {_scaled(radar.bandwidth, 'Hz')}, pulse {_time(radar.pulse_length)}, "
+        f"matched filter {_db(radar.gain)} dB, {radar.crb} bound, variance {radar.variance}",
+        "filter": f"{believed.evolution} evolution, process noise per slot "
+        f"{_degrees(believed.angle_std)} degrees, {believed.distance_std:g} m, "
+        f"{believed.velocity_std:g} m/s; {prior}",
+        "coverage": f"{cover.width:g} standard deviations of the angle ({cover.spread}), at most "
+        f"{_degrees(cover.max_halfwidth)} degrees; ripple {scenario.ripple:g}, grid "
+        f"{_degrees(cover.resolution)} degrees, rate floor {cover.min_rate:g} bit/s/Hz",
+        "schemes": ", ".join(_scheme(name, scenario) for name in scenario.schemes),
+    }
+    return [_filled(f"{name:9}", words) for name, words in rows.items()]
+
+
+def _scheme(name: str, scenario: Scenario) -> str:
+    """Return a scheme's name with the parameters that the scenario gives it."""
+    own = scenario.scheme_parameters.get(name, {})
+    return f"{name} ({', '.join(f'{key}={value}' for key, value in own.items())})" if own else name
+
+
+def _powers(scale: PowerScale, scenario: Scenario) -> list[str]:
+    figure, bandwidth = _db(scale.noise_figure), _scaled(scale.bandwidth, "Hz")
+    said = [
+        f"P_T = {scale.power:g} (radio.power, linear): one antenna with all of it gives an SNR of "
+        f"{_db(scale.snr_at_1m)} dB at 1 m, P_T alpha0^2 / sigma_C^2",
+        f"in free space at {scenario.radio.carrier / 1e9:g} GHz, with thermal noise of {bandwidth}"
+        f" at {scale.temperature:g} K and a noise figure of {figure} dB "
+        f"({_dbm(scale.noise_power)}), that is a transmit power of {_watts(scale.transmit_power)};"
+        f" 1 W (30 dBm) is radio.power = {scale.watt:.4g}",
+        f"the echo is that of a target of {scale.cross_section:.3g} m^2 "
+        f"({_db(scale.cross_section)} dBsm); integrated over a whole slot, "
+        f"{_db(scale.full_integration)} dB instead of the {_db(scenario.radar.gain)} dB of G_m, "
+        f"{scale.full_cross_section:.3g} m^2 ({_db(scale.full_cross_section)} dBsm) would do",
+    ]
+    return [_filled("  ", words) for words in said]
+
+
+def _downlink(objects: Sequence[ObjectBudget]) -> list[str]:
+    columns: dict[str, Callable[[ObjectBudget], str]] = {
+        "object": lambda one: one.name,
+        "angle deg": lambda one: _degrees(one.angle),
+        "distance m": lambda one: f"{one.distance:.1f}",
+        "one antenna": lambda one: _db(one.snr),
+        "omni SINR": lambda one: _db(one.omni_sinr),
+        "omni rate": lambda one: f"{one.omni_rate:.3g}",
+        "beam SNR": lambda one: _db(one.beam_snr),
+        "beam rate": lambda one: f"{one.beam_rate:.3g}",
+        "beam width deg": lambda one: _degrees(one.beam_width),
+    }
+    return _table(columns, objects)
+
+
+def _echoes(objects: Sequence[ObjectBudget], scenario: Scenario) -> list[str]:
+    columns: dict[str, Callable[[tuple[ObjectBudget, str, EchoBudget]], str]] = {
+        "object": lambda row: row[0].name,
+        "sent": lambda row: row[1],
+        "one antenna": lambda row: _db(row[2].raw_snr),
+        "matched filter": lambda row: _db(row[2].snr),
+        "receive array": lambda row: _db(row[2].array_snr),
+    }
+    if scenario.radar.crb == "paper":
+        columns["as (20) counts it"] = lambda row: _db(row[2].counted_snr)
+    return _table(columns, _phases(objects))
+
+
+def _deviations(objects: Sequence[ObjectBudget]) -> list[str]:
+    columns: dict[str, Callable[[tuple[ObjectBudget, str, EchoBudget]], str]] = {
+        "object": lambda row: row[0].name,
+        "sent": lambda row: row[1],
+        "angle deg": lambda row: _degrees(row[2].angle_std),
+        "distance m": lambda row: f"{row[2].distance_std:.3g}",
+        "closing speed m/s": lambda row: f"{row[2].speed_std:.3g}",
+        "along the road m/s": lambda row: f"{row[2].velocity_std:.3g}",
+    }
+    return _table(columns, _phases(objects))
+
+
+def _phases(objects: Sequence[ObjectBudget]) -> list[tuple[ObjectBudget, str, EchoBudget]]:
+    return [
+        (one, sent, echo)
+        for one in objects
+        for sent, echo in (("omni", one.omni_echo), ("beam", one.beam_echo))
+    ]
+
+
+def _table(columns: dict[str, Callable[[Any], str]], rows: Sequence[Any]) -> list[str]:
+    """Return lines in columns, the first to the left."""
+    cells = [list(columns), *([cell(row) for cell in columns.values()] for row in rows)]
+    return [f"  {line}" for line in aligned(cells, left=1)]
+
+
+def _kept(one: Assumption) -> str:
+    """Return an assumption that holds with its number and the limit of that."""
+    if not (math.isfinite(one.value) and math.isfinite(one.limit)):
+        return one.name
+    return f"{one.name} ({_quantity(one.value, one.unit)}, limit {_quantity(one.limit, one.unit)})"
+
+
+def _quantity(value: float, unit: str) -> str:
+    match unit:
+        case "1":
+            return f"{value:.3g}"
+        case "rad":
+            return f"{_degrees(value)} deg"
+        case "Hz" | "s":
+            return _scaled(value, unit)
+        case _:
+            return f"{value:.3g} {unit}"
+
+
+def _filled(head: str, words: str) -> str:
+    """Return words broken into lines, indented beyond their head."""
+    indent = " " * max(len(head), 4)
+    return textwrap.fill(
+        words, WIDTH, initial_indent=head, subsequent_indent=indent, break_on_hyphens=False
+    )
+
+
+def _db(ratio: float) -> str:
+    return f"{10.0 * math.log10(ratio):.1f}" if ratio > 0.0 else "-inf"
+
+
+def _dbm(watts: float) -> str:
+    return f"{_db(1e3 * watts)} dBm"
+
+
+def _watts(watts: float) -> str:
+    return f"{_scaled(watts, 'W')} ({_dbm(watts)})"
+
+
+def _time(seconds: float) -> str:
+    return _scaled(seconds, "s")
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.3g}"
+
+
+def _scaled(value: float, unit: str) -> str:
+    """Return a number with its unit in steps of a thousand, four digits."""
+    for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "u")):
+        if value >= factor * (1.0 - 1e-12):
+            return f"{value / factor:.4g} {prefix}{unit}"
+    return f"{value / 1e-9:.4g} n{unit}"

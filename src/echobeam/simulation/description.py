@@ -1,0 +1,87 @@
+"""Description of a scenario: link budget, scale of powers, and what the model assumes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from echobeam.scenario.load import load_scenario
+from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import configure_all
+from echobeam.simulation.assumptions import MOST_SLOTS, Assumption, assumptions, extremes
+from echobeam.simulation.link_budget import ObjectBudget, PowerScale, object_budgets, power_scale
+from echobeam.simulation.scene import scene_of
+from echobeam.simulation.world import World, begin
+
+
+@dataclass(frozen=True, slots=True)
+class Description:
+    """What a scenario simulates, in numbers; SI units, radians, linear powers.
+
+    Attributes
+    ----------
+    scenario
+        The scenario.
+    slot
+        Slot of the budgets, counted from 1: the first in which an object is present.
+    objects
+        Budgets of the objects that are present there.
+    scale
+        Watts and square metres behind the scenario's powers.
+    assumptions
+        Assumptions of the model, and whether the scenario keeps to them.
+    """
+
+    scenario: Scenario
+    slot: int
+    objects: tuple[ObjectBudget, ...]
+    scale: PowerScale
+    assumptions: tuple[Assumption, ...]
+
+    @property
+    def warnings(self) -> tuple[Assumption, ...]:
+        """Assumptions that do not hold."""
+        return tuple(one for one in self.assumptions if one.holds is False)
+
+    def __repr__(self) -> str:
+        """Return a line: name, objects and warnings."""
+        names = ", ".join(one.name for one in self.warnings) or "none"
+        count = f"{len(self.objects)} object(s)"
+        return f"<Description of {self.scenario.name}: {count}, warnings {names}>"
+
+
+def describe(scenario: Scenario | str | Path) -> Description:
+    """Describe a scenario without running it: link budget, powers in watts, assumptions.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, a built-in scenario's name, or the path of a scenario file.
+
+    Raises
+    ------
+    ScenarioError, SchemeError, TraceError
+        If the scenario, one of its schemes or its trace cannot be used.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    configure_all(scenario, None)
+    calm = scenario.model_copy(update={"truth": {"process_noise": False}})
+    start = begin(scene_of(calm), 0, range(1))
+    with np.errstate(all="ignore"):  # settings out of all proportion give zero, inf or NaN
+        first = _first_inhabited(start)
+        objects, scale = object_budgets(first), power_scale(scenario)
+        found = assumptions(scenario, objects, scale, extremes(start))
+    return Description(scenario, first.slot + 1, objects, scale, found)
+
+
+def _first_inhabited(start: World) -> World:
+    """Return nature in the first slot with an object, or in the first of all."""
+    world = start
+    for _ in range(min(start.scene.scenario.n_slots, MOST_SLOTS) - 1):
+        if world.present.any():
+            return world
+        world = world.advance()
+    return world if world.present.any() else start
