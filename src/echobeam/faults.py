@@ -4,8 +4,20 @@ from __future__ import annotations
 
 
 class InputError(ValueError):
-    """What was given cannot be used; the message names it and says what is accepted."""
+    """Fault of an input that cannot be used; the message names it and says what is accepted.
+
+    Parameters
+    ----------
+    message
+        For people.
+    details
+        Traceback of a user's own code, if that is at fault; empty otherwise.
+    """
+
+    def __init__(self, message: str = "", details: str = "") -> None:
+        super().__init__(message)
+        self.details = details
 
 
 class RunError(RuntimeError):
-    """The work could not be finished; the message says what is kept and how to go on."""
+    """Fault of work that could not be finished; the message says what is kept, how to go on."""

@@ -34,7 +34,7 @@ UNITS: dict[str, dict[str, float]] = {
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
 
-_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?[\d.]*\d,\d")
 
 _RATIOS = ("db", "dbi")
 

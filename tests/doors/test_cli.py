@@ -52,7 +52,7 @@ def echobeam(*arguments, cwd=None, stdin=None):
 def process(*arguments, cwd=None):
     command = [sys.executable, "-c", "from echobeam.cli.main import main; main()"]
     return subprocess.run(
-        [*command, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120
+        [*command, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=600
     )
 
 
@@ -235,12 +235,6 @@ def test_an_existing_result_is_kept(tmp_path):
     assert echobeam(*arguments, "--force", cwd=tmp_path).returncode == 0
 
 
-SCHEME_FILES = {
-    "raises.py": "raise RuntimeError('boom')",
-    "late.py": "def f(prior, view):\n    raise RuntimeError('later')",
-}
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -255,7 +249,6 @@ SCHEME_FILES = {
         (["run", "paper-multi", "--set", "nonsense"], ["nonsense", "KEY=VALUE"]),
         (["run", "paper-multi", "--scheme", "temproal"], ["temproal", "did you mean"]),
         (["run", "paper-multi", "--scheme", "raises.py:f"], ["raises.py", "boom"]),
-        (["run", "paper-multi", "--scheme", "late.py:f"], ["later", "slot 2"]),
         (["run", "paper-multi", "--trials", "0"], ["trials", "0"]),
         (["run", "paper-multi", "--trials", "many"], ["trials", "many"]),
         (["run", "paper-multi", "--seed", "-1"], ["seed", "-1"]),
@@ -285,8 +278,7 @@ def test_wrong_input_is_one_message_and_status_2(tmp_path, arguments, words):
     (tmp_path / "cut.xml").write_text('<fcd-export><timestep time="0"><vehicle id="a" x="1" y=')
     (tmp_path / "cut.csv.gz").write_bytes(b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\x03\x4b\x04")
     (tmp_path / "point.csv").write_text("t,id,x,y,speed\n0,a,1,2,3\n")
-    for name, text in SCHEME_FILES.items():
-        (tmp_path / name).write_text(text)
+    (tmp_path / "raises.py").write_text("raise RuntimeError('boom')")
     light = [] if "--scheme" in arguments or arguments[0] != "run" else LIGHT
     refused(echobeam(*arguments, *light, cwd=tmp_path), *words)
     assert not list(tmp_path.glob("*.nc"))

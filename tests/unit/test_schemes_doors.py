@@ -75,7 +75,8 @@ def test_unserved_objects_have_rate_zero(file):
         ("loud", "radiates"),
         (
             "raising",
-            r"raised KeyError in transmit of slot 2 \(.*mine.py, line 22\): 'no such thing'",
+            r"mine.py, line 22, in raising: KeyError: 'no such thing' "
+            r"\(scheme 'raising', transmit of slot 2, trial 0\)",
         ),
         ("shapeless", r"expected \(..., K, n_tx\)"),
     ],
@@ -103,10 +104,12 @@ def test_a_scheme_that_is_not_there(file, name, word):
 def test_a_file_that_raises_is_one_message(tmp_path):
     path = tmp_path / "broken.py"
     path.write_text("raise RuntimeError('boom')")
-    with pytest.raises(SchemeError, match="raised RuntimeError: boom"):
+    with pytest.raises(
+        SchemeError, match=r"broken.py, line 1: RuntimeError: boom \(while importing"
+    ):
         find_scheme(f"{path}:x")
     path.write_text("def f(:")
-    with pytest.raises(SchemeError, match="raised SyntaxError"):
+    with pytest.raises(SchemeError, match=r"broken.py, line 1: SyntaxError"):
         find_scheme(f"{path}:f")
 
 
@@ -159,11 +162,11 @@ half = Parametrised(0.1)
 @pytest.mark.parametrize(
     ("name", "word"),
     [
-        ("scheme_of('r', tracker=Raising())", r"raised KeyError in update of slot 1 \(.*line 15\)"),
-        ("scheme_of('w', tracker=Writing())", "raised ValueError in update.*read-only"),
+        ("scheme_of('r', tracker=Raising())", r"s.py, line 15, in update: KeyError: 'gone'"),
+        ("scheme_of('w', tracker=Writing())", "in update: ValueError: .*read-only"),
         ("scheme_of('t', tracker=Trackless())", "belief of type int from predict.*no tracks"),
         ("scheme_of('u', frame=Unphased())", r"frame Unphased: mode is 9; expected 0 \(omni\)"),
-        ("leaving", r"raised SystemExit in transmit of slot 2 \(.*\): 5"),
+        ("leaving", r"in leaving: SystemExit: 5 \(.*transmit of slot 2"),
         ("silent", "returned nothing in slot 2"),
     ],
 )

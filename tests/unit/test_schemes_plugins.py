@@ -107,14 +107,15 @@ def test_all_are_listed_and_a_broken_one_is_told_of_and_hides_no_other():
     listed = CliRunner().invoke(command).output
     for name in ("quiet", "same", "alternating", "narrow"):
         assert f"{name:16} plugged in: plugged_in_here:" in listed
-    assert "cannot be used: scheme 'broken' (plugged_in_here:nothing_of_this_name)" in listed
+    assert "cannot be used: AttributeError: " in listed
+    assert "(while loading scheme 'broken' from plugged_in_here:nothing_of_this_name)" in listed
     assert "temporal" in listed
 
 
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("broken", "scheme 'broken' .*raised AttributeError"),
+        ("broken", "^AttributeError: .*while loading scheme 'broken'"),
         ("temporal:tracker=number", "tracker 'number' is no tracker: int; expected an object with"),
         ("temporal:tracker=sames", "unknown tracker 'sames'; did you mean 'same'"),
     ],

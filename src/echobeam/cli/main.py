@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import io
+import logging
 import os
 import sys
 from importlib import import_module
 
 import click
 
+from echobeam.cli.options import TRACEBACK
 from echobeam.faults import InputError, RunError
 from echobeam.version import __version__
 
@@ -31,6 +34,15 @@ WRONG_INPUT, FAILED = 2, 1
 class LazyGroup(click.Group):
     """A group that imports a command's module only when the command is used."""
 
+    def invoke(self, ctx: click.Context) -> object:
+        """Run a command; a fault of a user's code is told with its traceback, if asked for."""
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            if error.details and ctx.meta.get(TRACEBACK):
+                click.echo(error.details, err=True, nl=False)
+            raise
+
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names in the order of `COMMANDS`."""
         return list(COMMANDS)
@@ -50,17 +62,32 @@ class LazyGroup(click.Group):
             formatter.write_dl(list(COMMANDS.items()))
 
 
+def _print_version(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    """Print the version, and what else the numbers of a run depend on."""
+    if not asked or context.resilient_parsing:
+        return
+    from echobeam.simulation.environment import environment
+
+    click.echo("\n".join([f"echobeam, version {__version__}", *environment().split("; ")]))
+    context.exit()
+
+
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="echobeam")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Print the version, and those of Python, the libraries and the processor.",
+)
 def cli() -> None:
     """Sensing-assisted predictive beamforming: echo, estimate, track, predict, optimise, rate."""
 
 
 def main() -> None:
     """Run the command line; faults become one message and an exit status."""
-    # one thread of linear algebra: our matrices are small, and results must not depend on it
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+    _settle()
     try:
         cli.main(standalone_mode=False)
     except click.ClickException as error:
@@ -68,10 +95,10 @@ def main() -> None:
         sys.exit(WRONG_INPUT)
     except click.Abort:
         _fail("interrupted", FAILED)
+    except RunError as error:  # also where a scheme failed, which is both
+        _fail(str(error), FAILED)
     except InputError as error:
         _fail(str(error), WRONG_INPUT)
-    except RunError as error:
-        _fail(str(error), FAILED)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(FAILED)
@@ -88,6 +115,18 @@ def main() -> None:
             "Please report it; ECHOBEAM_DEBUG=1 shows where it happened.",
             FAILED,
         )
+
+
+def _settle() -> None:
+    """Make what surrounds this process not matter: threads, a notebook's display, encodings."""
+    # one thread of linear algebra: our matrices are small, and results must not depend on it
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    os.environ["MPLBACKEND"] = "agg"  # pictures go to files; a notebook's may not be installed
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal of few letters, a file of odd bytes
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _fail(message: str, status: int) -> None:

@@ -37,6 +37,7 @@ overrides = click.option(
 )
 trace = click.option(
     "--trace",
+    type=click.Path(),
     metavar="FILE",
     help="Move the objects by a SUMO FCD XML or a CSV trace; either may be .gz.",
 )
@@ -57,6 +58,18 @@ as_json = click.option(
     "as_json",
     is_flag=True,
     help="Print the summary as JSON, and nothing else, on stdout.",
+)
+
+
+TRACEBACK = "echobeam.traceback"
+"""Key of click's context under which `traceback` is noted."""
+
+traceback = click.option(
+    "--traceback",
+    is_flag=True,
+    expose_value=False,
+    callback=lambda context, option, asked: context.meta.__setitem__(TRACEBACK, asked),
+    help="Print the traceback of a user's scheme that fails.",
 )
 
 

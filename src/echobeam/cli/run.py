@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command("run")
-@click.argument("scenario")
+@click.argument("scenario", type=click.Path())
 @options.scheme
 @options.trials
 @options.seed
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 @options.trace
 @options.work
 @options.as_json
+@options.traceback
 def command(
     scenario: str, out: Path | None, quiet: bool, as_json: bool, **wanted: Unpack[options.Wanted]
 ) -> None:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @click.command("sweep")
-@click.argument("scenario")
+@click.argument("scenario", type=click.Path())
 @click.option(
     "--vary",
     "varied",
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 @options.trace
 @options.work
 @options.as_json
+@options.traceback
 def command(
     scenario: str,
     varied: tuple[str, ...],

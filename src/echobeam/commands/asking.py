@@ -113,6 +113,7 @@ class Faults:
 
     def __init__(self) -> None:
         self.messages: list[str] = []
+        self.details = ""
 
     def of(self, read: Callable[..., Found], *arguments: object) -> Found | None:
         """Return what a call gives, or keep its fault and return None."""
@@ -120,6 +121,7 @@ class Faults:
             return read(*arguments)
         except InputError as error:
             self.messages.append(str(error))
+            self.details += error.details
             return None
 
     def check(self) -> None:
@@ -132,9 +134,9 @@ class Faults:
         """
         if len(self.messages) > 1:
             listed = "\n".join(indent(message, "  ") for message in self.messages)
-            raise InputError(f"{len(self.messages)} things are wrong\n{listed}")
+            raise InputError(f"{len(self.messages)} things are wrong\n{listed}", self.details)
         if self.messages:
-            raise InputError(self.messages[0])
+            raise InputError(self.messages[0], self.details)
 
 
 def request(
@@ -250,7 +252,7 @@ def _labelled(label: str, read: Callable[..., Found], *arguments: object) -> Fou
         return read(*arguments)
     except InputError as error:
         raise InputError(
-            "\n".join(f"{label}: {line}" for line in str(error).splitlines())
+            "\n".join(f"{label}: {line}" for line in str(error).splitlines()), error.details
         ) from None
 
 

@@ -20,6 +20,7 @@ from echobeam.simulation.run import as_scenario, check_count
 from echobeam.simulation.run import simulate as simulate_here
 from echobeam.simulation.scene import scene_of
 from echobeam.store.block_files import BlockFiles
+from echobeam.store.inputs import CodeFiles
 from echobeam.store.recorded import BlockWork
 from echobeam.store.workers import Workers, do_all
 
@@ -103,7 +104,8 @@ def _spread(
     scene, blocks = scene_of(scenario), tuple(cut(scenario, count))
     with TemporaryDirectory(prefix="echobeam-", ignore_cleanup_errors=True) as folder:
         files = BlockFiles(Path(folder))
-        do_all(BlockWork(scene, schemes, seed, blocks, files), Workers(jobs), show)
+        code = CodeFiles.of(scenario, [one for one in schemes if isinstance(one, str)])
+        do_all(BlockWork(scene, schemes, seed, blocks, files, code), Workers(jobs), show)
         return as_dataset(scene, names, seed, [files.read(index) for index in range(len(blocks))])
 
 

@@ -155,6 +155,7 @@ _EXPECTED = {
     "model_type": "a table",
     "dict_type": "a table of the scheme's parameters",
     "string_type": "a text",
+    "string_too_short": "a text, not empty",
     "tuple_type": "a list",
     "int_type": "a whole number",
     "bool_type": "true or false",

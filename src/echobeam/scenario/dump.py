@@ -86,7 +86,11 @@ def _quantity(value: float, kind: str) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a basic string of TOML: that of JSON, but for the one more character it escapes."""
+    r"""Return a basic string of TOML: that of JSON, but for the one more character it escapes.
+
+    Bytes of a file's name that are no UTF-8 are written as ``\udcxx``: no TOML can hold them.
+    """
+    text = text.encode("utf-8", "backslashreplace").decode("utf-8")
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

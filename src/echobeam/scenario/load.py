@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import difflib
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -71,8 +72,10 @@ def _read(source: str | PathLike[str]) -> tuple[str, str, Path]:
             f"{source}: no such file, and no built-in scenario of that name{hint}; "
             f"built in are {', '.join(BUILT_IN)}"
         ) from None
-    except UnicodeDecodeError:
-        raise ScenarioError(f"{source}: not a TOML file: not UTF-8 text") from None
+    except UnicodeDecodeError as error:
+        utf16 = error.object[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        found = "UTF-16 text; save it as UTF-8" if utf16 else "not UTF-8 text"
+        raise ScenarioError(f"{source}: not a TOML file: {found}") from None
     except OSError as error:
         raise ScenarioError(f"{source}: cannot be read: {error.strerror}") from None
 

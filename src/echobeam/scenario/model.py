@@ -31,6 +31,9 @@ from echobeam.scenario.tables import (
     UavTable,
 )
 
+LONGEST_NAME = 200
+"""Bytes of a scenario's name: most file systems take 255 in a file's, which has a suffix more."""
+
 
 class Scenario(Table):
     """Complete, validated scenario; see the scenario file's reference in the documentation."""
@@ -83,8 +86,14 @@ class Scenario(Table):
     @classmethod
     def _check_name(cls, name: str) -> str:
         """Refuse a name that would be a path: results are named after it."""
-        if any(mark in name for mark in "/\\\0") or name in (".", ".."):
+        if any(mark in name for mark in "/\\") or name in (".", ".."):
             raise ValueError(f"{name!r} is not accepted; expected a name without a slash")
+        if not name.strip() or not name.isprintable():
+            raise ValueError(f"{name!r} is not accepted; expected a name of printable characters")
+        if len(name.encode()) > LONGEST_NAME:
+            raise ValueError(
+                f"{name[:20]!r}... is not accepted; expected a name of at most {LONGEST_NAME} bytes"
+            )
         return name
 
     def replace(self, overrides: Mapping[str, object]) -> Scenario:
@@ -101,6 +110,8 @@ class Scenario(Table):
             Names every key that is at fault, its value and what is accepted.
         """
         document = tomllib.loads(self.to_toml())
+        if self.trace is not None:  # whose name may hold bytes that no text can
+            document["trace"]["file"] = self.trace.file
         faults = [fault for item in overrides.items() if (fault := override(document, *item))]
         scenario = checked(Scenario, document, self.name, faults)
         return scenario.located(Path()) if "trace.file" in overrides else scenario

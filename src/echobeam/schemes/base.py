@@ -13,7 +13,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from echobeam.brief import Brief
-from echobeam.faults import InputError
+from echobeam.faults import InputError, RunError
 from echobeam.physics.array import LinearArray
 from echobeam.physics.polar import POLAR
 from echobeam.physics.variance_law import VarianceLaw
@@ -31,7 +31,11 @@ from echobeam.values import (
 
 
 class SchemeError(InputError):
-    """A scheme that cannot be found or does not keep the rules; the message says which."""
+    """Fault of a scheme that cannot be found or does not keep the rules; the message says which."""
+
+
+class SchemeRunError(SchemeError, RunError):
+    """Fault of a scheme during a run: its code raised, or its answer breaks the contract."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -62,14 +62,16 @@ def configure_all(
         asked: Sequence[str | object] = scenario.schemes
     else:
         asked = [schemes] if isinstance(schemes, str) else schemes
-    found, faults = [], []
+    found: list[ConfiguredScheme] = []
+    faults: list[InputError] = []
     for item in asked:
         try:
             found.append(configure(scenario, item))
         except InputError as error:
-            faults.append(str(error))
+            faults.append(error)
     if faults:
-        raise SchemeError("\n".join(faults))
+        details = "".join(fault.details for fault in faults)
+        raise SchemeError("\n".join(map(str, faults)), details) from faults[0]
     names = [one.name for one in found]
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:

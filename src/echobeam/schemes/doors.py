@@ -15,6 +15,7 @@ import numpy as np
 
 from echobeam.schemes.base import Scheme, SchemeError, View
 from echobeam.schemes.beamers import Aim, Beams
+from echobeam.schemes.failures import failure, users_traceback
 from echobeam.schemes.frames import ClockedFrame
 from echobeam.schemes.parts import SchemeOfParts
 from echobeam.schemes.trackers import ExtendedKalman
@@ -105,11 +106,15 @@ def as_scheme(candidate: object, name: str | None = None) -> Scheme:
     """
     marked = getattr(candidate, MARK, None)
     if isinstance(candidate, type):
+        label = candidate.__name__
         try:
             candidate = candidate()
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise SchemeError(
-                f"{candidate!r} cannot be made without arguments: {type(error).__name__}: {error}"
+                f"{failure(error)} (while making {label} without arguments)",
+                users_traceback(error),
             ) from error
     if isinstance(candidate, Scheme):
         return candidate

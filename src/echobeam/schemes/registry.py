@@ -14,6 +14,7 @@ from types import ModuleType
 
 from echobeam.schemes.base import Scheme, SchemeError
 from echobeam.schemes.doors import MARK, as_scheme
+from echobeam.schemes.failures import failure, users_traceback
 
 ENTRY_POINT_GROUP = "echobeam.schemes"
 
@@ -98,7 +99,7 @@ def find_part(kind: str, name: str) -> object:
     found, _ = _find(kind, name, PARTS[kind], f"echobeam.{kind}s", available_parts(kind))
     if isinstance(found, type):
         part = found
-        found = _guarded(lambda: part(), f"{kind} {name!r}")
+        found = _guarded(lambda: part(), f"making {kind} {name!r} without arguments")
     if not isinstance(found, protocols[kind]):
         calls = [call for call in vars(protocols[kind]) if not call.startswith("_")]
         raise SchemeError(
@@ -121,7 +122,7 @@ def _find(
         return getattr(import_module(f"echobeam.schemes.{module}"), attribute), name
     for point in entry_points(group=group):
         if point.name == name:
-            return _guarded(point.load, f"{kind} {name!r} ({point.value})"), name
+            return _guarded(point.load, f"loading {kind} {name!r} from {point.value}"), name
     path, colon, attribute = name.rpartition(":")
     if colon and path.endswith(".py"):
         return _from_file(kind, Path(path), attribute, name), attribute
@@ -154,13 +155,15 @@ def _module(path: Path, changed: int) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look their module up while it is executed
     loader = spec.loader
-    _guarded(lambda: loader.exec_module(module), f"{path}")
+    _guarded(lambda: loader.exec_module(module), f"importing {path}")
     return module
 
 
-def _guarded(load: Callable[[], object], label: str) -> object:
-    """Run a user's code; whatever it raises becomes one clear message."""
+def _guarded(load: Callable[[], object], doing: str) -> object:
+    """Run a user's code; whatever it raises becomes one message with file and line."""
     try:
         return load()
-    except (Exception, SystemExit) as error:  # a user's file may raise anything
-        raise SchemeError(f"{label}: raised {type(error).__name__}: {error}") from error
+    except (KeyboardInterrupt, SchemeError):
+        raise
+    except BaseException as error:  # a user's file may raise anything
+        raise SchemeError(f"{failure(error)} (while {doing})", users_traceback(error)) from error

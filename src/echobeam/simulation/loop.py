@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -11,8 +12,9 @@ import numpy as np
 
 from echobeam.brief import html_table
 from echobeam.schemes.answers import check_tracks
-from echobeam.schemes.base import Decision, SchemeError, View, reported
+from echobeam.schemes.base import Decision, SchemeError, SchemeRunError, View, reported
 from echobeam.schemes.configure import ConfiguredScheme
+from echobeam.schemes.failures import failure, is_users, users_traceback
 from echobeam.simulation.decisions import first_decision
 from echobeam.simulation.examine import examine_decision
 from echobeam.simulation.randomness import SchemeNormals, Use, scheme_key
@@ -96,7 +98,7 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
 
     Raises
     ------
-    SchemeError
+    SchemeRunError
         If the scheme raises, or its answer is not what the contract asks for.
     """
     knowledge = world.scene.scenario.radar.variance
@@ -105,17 +107,17 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
     for slot in range(world.scene.scenario.n_slots):
         view = _view(world, configured, uav_before, memory)
         if slot == 0:
-            belief = _ask(configured, "start", view, view)
-        prior = _ask(configured, "predict", view, belief, view)
-        predicted = _tracks(configured, prior, "predict", view)
-        decision, seconds = _decide(configured, prior, predicted, view)
+            belief = _ask(configured, "start", world, view)
+        prior = _ask(configured, "predict", world, belief, view)
+        predicted = _tracks(configured, prior, "predict", world)
+        decision, seconds = _decide(configured, world, prior, predicted, view)
         link, echoes = world.link(decision), world.sense(decision)
         detections = receive(
             echoes, world.identity, predicted, decision.sent, world.scene.law, knowledge
         )
         view = replace(view, sent=decision.sent, normals=_normals(world, Use.SCHEME_UPDATE))
-        belief = _ask(configured, "update", view, prior, detections, view)
-        estimated = _tracks(configured, belief, "update", view)
+        belief = _ask(configured, "update", world, prior, detections, view)
+        estimated = _tracks(configured, belief, "update", world)
         yield SlotRecord(
             slot=slot + 1,
             time=slot * world.scene.scenario.frame.slot,
@@ -181,62 +183,65 @@ def _true_tracks(world: World, roster: IntArray) -> Tracks:
     )
 
 
-def _ask(configured: ConfiguredScheme, call: str, view: View, *arguments: object) -> Any:
-    """Call a scheme, see `_guarded`."""
-    return _guarded(configured, call, view, lambda: getattr(configured.scheme, call)(*arguments))
+def _ask(configured: ConfiguredScheme, call: str, world: World, *arguments: object) -> Any:
+    """Call a scheme, see `_answering`."""
+    with _answering(configured, call, world):
+        return getattr(configured.scheme, call)(*arguments)
 
 
-def _guarded(configured: ConfiguredScheme, call: str, view: View, run: Callable[[], Any]) -> Any:
-    """Run a scheme's code; what it raises becomes one clear message with file and line."""
+@contextmanager
+def _answering(configured: ConfiguredScheme, call: str, world: World) -> Iterator[None]:
+    """Run a scheme's code, or examine its answer: a fault becomes one message.
+
+    Raises
+    ------
+    SchemeRunError
+        With file and line of what the scheme's code raised; a fault of our own goes on as it is.
+    """
     try:
-        return run()
-    except SchemeError:
+        yield
+    except (KeyboardInterrupt, GeneratorExit, SchemeRunError):
         raise
-    except (Exception, SystemExit) as error:  # a user's scheme or part may raise anything
-        place = _users_line(error)
-        if place is None:
+    except SchemeError as error:
+        raise SchemeRunError(str(error), error.details) from error
+    except BaseException as error:  # a user's scheme or part may raise anything
+        if not (is_users(error) or _is_built_outside(configured.scheme)):
             raise  # a fault of our own
-        raise SchemeError(
-            f"scheme {configured.name!r} raised {type(error).__name__} in {call} of slot "
-            f"{view.slot} ({place}): {error}"
+        first, last = world.trials[0], world.trials[-1]
+        trials = f"trial {first}" if first == last else f"trials {first} to {last}"
+        raise SchemeRunError(
+            f"{failure(error)} (scheme {configured.name!r}, {call} of slot {world.slot + 1}, "
+            f"{trials})",
+            users_traceback(error),
         ) from error
 
 
-def _users_line(error: BaseException) -> str | None:
-    """Return file and line of the innermost code outside the package that raised; None if none."""
-    from pathlib import Path
-    from traceback import extract_tb
-
-    package = Path(__file__).parents[1]
-    frames = [
-        frame
-        for frame in extract_tb(error.__traceback__)
-        if package not in Path(frame.filename).parents
-    ]
-    # Below a user's code its libraries may have raised; the user's own line says more.
-    own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
-    return f"{own[-1].filename}, line {own[-1].lineno}" if own else None
+def _is_built_outside(scheme: object) -> bool:
+    """Whether a scheme or one of its parts is not ours: what it answers may make our code fail."""
+    parts = [getattr(scheme, part, None) for part in ("frame", "tracker", "beamer")]
+    modules = [type(one).__module__ for one in (scheme, *parts) if one is not None]
+    return any(module.partition(".")[0] != "echobeam" for module in modules)
 
 
-def _tracks(configured: ConfiguredScheme, belief: object, call: str, view: View) -> Tracks:
+def _tracks(configured: ConfiguredScheme, belief: object, call: str, world: World) -> Tracks:
     """Return the tracks of a belief, examined and protected from being written to."""
-    tracks: Tracks = _guarded(
-        configured, call, view, lambda: reported(belief, f"scheme {configured.name!r}", call)
-    )
-    label = f"scheme {configured.name!r}, tracks from {call} of slot {view.slot}"
-    check_tracks(label, tracks, view.n_trials)
+    label = f"scheme {configured.name!r}, tracks from {call} of slot {world.slot + 1}"
+    with _answering(configured, call, world):
+        tracks = reported(belief, f"scheme {configured.name!r}", call)
+        check_tracks(label, tracks, len(world.trials))
     freeze(tracks.mean, tracks.cov, tracks.status)
     return tracks
 
 
 def _decide(
-    configured: ConfiguredScheme, prior: Any, predicted: Tracks, view: View
+    configured: ConfiguredScheme, world: World, prior: Any, predicted: Tracks, view: View
 ) -> tuple[Decision, float]:
     """Return the decision and its seconds per trial; NaN without directional trials."""
     begun = perf_counter()
-    decision: Decision = _ask(configured, "transmit", view, prior, view)
+    decision: Decision = _ask(configured, "transmit", world, prior, view)
     seconds = (perf_counter() - begun) / view.n_trials
-    examine_decision(configured.name, decision, predicted, view)
+    with _answering(configured, "transmit", world):
+        examine_decision(configured.name, decision, predicted, view)
     freeze(decision.sent.beams)
     timed = bool((decision.mode == Mode.DIRECTIONAL).any()) and not first_decision(configured.name)
     return decision, seconds if timed else np.nan

@@ -64,12 +64,6 @@ class Job:
         return json.dumps({**asdict(self), ENGINE: self.engine._asdict()}, indent=1)
 
 
-def digest(path: Path) -> str:
-    """Return a file's SHA-256."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 @dataclass(frozen=True, slots=True)
 class BlockFiles:
     """A directory of finished blocks beside the result that they will become."""

@@ -1,16 +1,23 @@
 """The same tasks on an existing Dask cluster; the only file that knows Dask.
 
 Workers compute, this process keeps: blocks come back over the network and are written here, so
-that no shared file system is needed. A task whose worker dies is done again by another one.
+that no shared file system is needed. A task whose worker dies is done again by another one. Every
+wait for the cluster is bounded, since a wrong address or a lost scheduler may just stay silent.
 """
 
 from __future__ import annotations
 
+import asyncio
 import itertools
+import logging
 import socket
+import threading
 import time
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from echobeam.faults import InputError, RunError
 from echobeam.store.engine import Engine, differences, engine_here
@@ -19,16 +26,28 @@ if TYPE_CHECKING:
     from echobeam.simulation.blocks import Block
     from echobeam.store.work import Piece, Work
 
-PATIENCE = "15s"
+Found = TypeVar("Found")
+
+PATIENCE = 15.0
+"""Seconds in which a scheduler has to answer, and within which workers that are all gone have to
+come back; a worker that is started again needs some five of them."""
+
 PER_THREAD = 2
 """Tasks handed out per worker thread: one to work on and one to begin next."""
 
 ASK_AGAIN = 5.0
-"""Seconds after which the scheduler is asked again how many workers it has."""
+"""Seconds after which the scheduler is asked again how many workers it has; the rest of
+`PATIENCE` is left for its answer."""
+
+_GOODBYE = 3.0
+"""Seconds for taking leave of a scheduler."""
+
+_TICK = 0.5
+"""Seconds after which a wait for outcomes looks at the scheduler."""
 
 
 class ClusterError(InputError):
-    """A cluster that cannot be used; the message says why."""
+    """Fault of a cluster that cannot be used; the message says why."""
 
 
 def do_on_cluster(
@@ -47,45 +66,16 @@ def do_on_cluster(
         If Dask is not installed, no scheduler answers, it has no workers, or one of them would
         compute other numbers than this process.
     RunError
-        If a task's workers die again and again.
+        If the scheduler or all workers are lost, or a task's workers die again and again.
     """
-    try:
-        from distributed import Client, as_completed
-        from distributed.scheduler import KilledWorker
-    except ImportError:
-        raise ClusterError("--dask needs Dask: pip install 'echobeam[cluster]'") from None
     sizes = work.sizes()
     total = sum(sizes)
     done = total - sum(sizes[task] for task in missing)
-    try:
-        client = Client(address, timeout=PATIENCE)
-    except (OSError, ValueError) as error:
-        raise ClusterError(f"--dask {address}: no scheduler answers there ({error})") from None
-    with client:
-        threads = sum(client.nthreads().values())
-        if threads == 0:
-            raise ClusterError(f"--dask {address}: the scheduler has no workers")
-        waiting, ours = iter(missing), engine_here()
-
-        def hand_out(count: int) -> list[Any]:
-            return [
-                client.submit(compute, work.piece(task), task, ours, pure=False)
-                for task in itertools.islice(waiting, count)
-            ]
-
-        running = as_completed(hand_out(PER_THREAD * threads))
-        asked = time.monotonic()
-        for future in running:
-            if time.monotonic() - asked > ASK_AGAIN:  # workers of a batch system come one by one
-                threads, asked = sum(client.nthreads().values()), time.monotonic()
-            try:
-                task, block = future.result()
-            except KilledWorker as error:
-                raise RunError(f"workers of the cluster died again and again: {error}") from error
+    with _connected(address) as client:
+        cluster = _Cluster(client, address)
+        cluster.check_workers()
+        for task, block in cluster.outcomes(work, missing):
             work.write(task, block)
-            future.release()
-            room = PER_THREAD * max(threads, 1) - running.count()
-            running.update(hand_out(max(room, 0)))
             done += sizes[task]
             progress(done, total)
 
@@ -100,8 +90,249 @@ def compute(piece: Piece, task: int, wanted: Engine) -> tuple[int, Block]:
     """
     different = differences(wanted, engine_here(), "there")
     if different:
-        raise ClusterError(
-            f"--dask: the worker on {socket.gethostname()} would give other numbers; this run was "
-            f"begun with {different}; install the same on both"
-        )
+        raise _other_numbers(f"the worker on {socket.gethostname()}", different)
     return task, piece(lambda done: None)
+
+
+def _other_numbers(worker: str, different: str) -> ClusterError:
+    return ClusterError(
+        f"--dask: {worker} would give other numbers; this run was begun with {different}; "
+        "install the same on both"
+    )
+
+
+class _Cluster:
+    """Tasks handed out to the workers of one scheduler, and their outcomes as they come."""
+
+    def __init__(self, client: Any, address: str) -> None:
+        self.client = client
+        self.address = address
+        self.out: set[Any] = set()
+        self.finished: SimpleQueue[Any] = SimpleQueue()
+        self.threads = self._ask_threads()
+        self.asked = self.seen = time.monotonic()
+        """When the scheduler was asked last, and when it last had workers."""
+
+    def check_workers(self) -> None:
+        """Refuse workers that are none, have no echobeam, or compute other numbers.
+
+        Raises
+        ------
+        ClusterError
+            Names one of them.
+        """
+        if self.threads == 0:
+            raise ClusterError(f"--dask {self.address}: the scheduler has no workers")
+
+        def look() -> tuple[str, ...] | str:  # local, so that it is sent whole and not by name
+            try:
+                from echobeam.store.engine import engine_here
+            except ImportError as error:
+                return str(error)
+            return tuple(engine_here())
+
+        try:
+            engines = _within(PATIENCE, lambda: self.client.run(look, on_error="ignore"))
+        except (TimeoutError, OSError):
+            return  # one is busy or going: each looks at itself too, before it computes
+        for worker, found in engines.items():
+            if isinstance(found, str):
+                raise _missing(f"the worker at {worker}", found)
+            different = differences(engine_here(), Engine(*found), "there")
+            if different:
+                raise _other_numbers(f"the worker at {worker}", different)
+
+    def outcomes(self, work: Work, missing: Sequence[int]) -> Iterator[tuple[int, Block]]:
+        """Yield tasks and their blocks as they come.
+
+        Raises
+        ------
+        RunError
+            If the scheduler or all workers are lost, or a task's workers die again and again.
+        """
+        waiting, ours = iter(missing), engine_here()
+        while True:
+            room = PER_THREAD * max(self.threads, 1) - len(self.out)
+            for task in itertools.islice(waiting, max(room, 0)):
+                future = self.client.submit(compute, work.piece(task), task, ours, pure=False)
+                self.out.add(future)
+                future.add_done_callback(self.finished.put)
+            if not self.out:
+                return
+            try:
+                future = self.finished.get(timeout=_TICK)
+            except Empty:
+                self._look_after_workers()
+                continue
+            yield self._result(future)
+            self.out.discard(future)
+            future.release()
+            self._look_after_workers()
+
+    def _look_after_workers(self) -> None:
+        """Ask now and then how many there are: those of a batch system come one by one.
+
+        Raises
+        ------
+        RunError
+            If there have been none for too long, or the scheduler does not answer.
+        """
+        now = time.monotonic()
+        if now - self.asked <= ASK_AGAIN:
+            return
+        self.threads, self.asked = self._ask_threads(), now
+        if self.threads > 0:
+            self.seen = now
+        elif now - self.seen > PATIENCE:
+            raise RunError(f"no worker is left at the Dask scheduler {self.address}")
+
+    def _ask_threads(self) -> int:
+        """Return the number of threads that workers have together."""
+        try:
+            answer = _within(PATIENCE - ASK_AGAIN, self.client.nthreads)
+            return sum(answer.values())
+        except (TimeoutError, OSError, CancelledError):
+            raise self._lost() from None
+
+    def _result(self, future: Any) -> tuple[int, Block]:
+        """Return what a task came to; fetching it may need workers that are there no more."""
+        from distributed.scheduler import KilledWorker
+
+        patience = PATIENCE
+        while True:
+            try:
+                found: tuple[int, Block] = future.result(timeout=patience)
+            except TimeoutError:
+                self._look_after_workers()
+                patience *= 2.0
+            except KilledWorker as error:
+                raise RunError(f"workers of the cluster died again and again: {error}") from error
+            except CancelledError:
+                raise self._lost() from None
+            except (InputError, RunError):
+                raise
+            except ImportError as error:
+                raise _missing("a worker", error) from error
+            except Exception as error:
+                if self.client.status != "running":
+                    raise self._lost() from error
+                if "deserialization" in str(error):  # Dask's own words, for the scheduler
+                    raise _missing("the scheduler", error.__cause__ or error) from error
+                raise
+            else:
+                return found
+
+    def _lost(self) -> RunError:
+        return RunError(f"the Dask scheduler {self.address} is lost: it does not answer any more")
+
+
+def _missing(where: str, error: object) -> ClusterError:
+    return ClusterError(
+        f"--dask: {where} cannot import what is to be computed ({error}); install the same "
+        "echobeam there"
+    )
+
+
+@contextmanager
+def _connected(address: str) -> Iterator[Any]:
+    """Give a client of a scheduler that is known to answer; Dask's own log stays silent.
+
+    Raises
+    ------
+    ClusterError
+        If Dask is not installed, or what listens at the address is no scheduler.
+    """
+    try:
+        from distributed import Client
+        from distributed.comm.core import CommClosedError
+    except ImportError:
+        raise ClusterError("--dask needs Dask: pip install 'echobeam[cluster]'") from None
+    with _silenced("distributed"):  # what it has to say is said in one message
+        try:
+            kind = _within(PATIENCE, lambda: asyncio.run(_identity(address)))
+            if kind != "Scheduler":
+                raise ClusterError(f"--dask {address}: a Dask {kind} listens there; {_USUAL}")
+            client = _within(PATIENCE, lambda: Client(address, timeout=PATIENCE))
+        except ClusterError:
+            raise
+        except (ValueError, TypeError, ImportError) as error:  # no address, TLS without its files
+            raise ClusterError(f"--dask {address}: cannot be used: {error}") from error
+        except Exception as error:
+            if isinstance(error, OSError) and not isinstance(
+                error, (TimeoutError, CommClosedError)
+            ):
+                raise ClusterError(
+                    f"--dask {address}: no scheduler answers there ({error})"
+                ) from None
+            said = str(error) or "it does not answer as one"
+            raise ClusterError(
+                f"--dask {address}: something listens there, but it is no Dask scheduler "
+                f"({said}); {_USUAL}"
+            ) from error
+        try:
+            yield client
+        finally:
+            with suppress(TimeoutError):  # of a scheduler that does not answer any more
+                _within(_GOODBYE, lambda: client.close(timeout=_GOODBYE))
+
+
+@contextmanager
+def _silenced(package: str) -> Iterator[None]:
+    """Keep the loggers of a package quiet."""
+    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == package]
+    levels = {name: logging.getLogger(name).level for name in names}
+    try:
+        for name in names:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        yield
+    finally:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
+
+
+_USUAL = "its usual port is 8786, and 8787 is that of the dashboard"
+
+
+async def _identity(address: str) -> str:
+    """Return what listens at an address, "Scheduler" or another of Dask's servers.
+
+    Raises
+    ------
+    TimeoutError
+        If something listens but does not answer.
+    OSError
+        If nothing does.
+    """
+    from distributed import Security
+    from distributed.core import rpc
+
+    connection = Security().get_connection_args("client")
+    async with rpc(address, timeout=PATIENCE / 2, connection_args=connection) as there:
+        found = await asyncio.wait_for(there.identity(), 0.9 * PATIENCE)
+    return str(found["type"])
+
+
+def _within(seconds: float, call: Callable[[], Found]) -> Found:
+    """Return what a call gives, in a thread that is left to itself if that takes too long.
+
+    Raises
+    ------
+    TimeoutError
+        Then.
+    """
+    outcome: SimpleQueue[tuple[Found | None, BaseException | None]] = SimpleQueue()
+
+    def run() -> None:
+        try:
+            outcome.put((call(), None))
+        except BaseException as error:
+            outcome.put((None, error))
+
+    threading.Thread(target=run, daemon=True).start()
+    try:
+        found, error = outcome.get(timeout=seconds)
+    except Empty:
+        raise TimeoutError from None
+    if error is not None:
+        raise error
+    return found  # type: ignore[return-value]

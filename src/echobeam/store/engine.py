@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from echobeam.simulation.environment import differences as environments
 from echobeam.simulation.environment import environment
 from echobeam.version import __version__
 
@@ -77,10 +78,11 @@ def differences(begun: Engine, ours: Engine, where: str = "here") -> str:
         The word for that place.
     """
     if begun.version != ours.version:
-        return f"version {begun.version}; {where} it is {ours.version}"
-    said = []
-    if begun.environment != ours.environment:
-        said.append(f"{begun.environment}; {where} it is {ours.environment}")
-    if begun.sources != ours.sources:
+        return f"version {begun.version} ({where} {ours.version})"
+    said = [
+        f"{name} {then} ({where} {now})"
+        for name, (then, now) in environments(begun.environment, ours.environment).items()
+    ]
+    if not said and begun.sources != ours.sources:
         said.append(f"other code of version {begun.version} than {where}")
-    return ", and with ".join(said)
+    return ", ".join(said)

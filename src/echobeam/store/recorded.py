@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from echobeam.scenario.load import trace_path
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.configure import configure_all, split
+from echobeam.schemes.configure import configure_all
 from echobeam.simulation.blocks import Block, cut, run_block
 from echobeam.simulation.decisions import SECONDS, Decisions, decision_times
 from echobeam.simulation.environment import environment
 from echobeam.simulation.run import check_count
 from echobeam.simulation.scene import Scene, scene_of
-from echobeam.store.block_files import BlockFiles, Job, digest
+from echobeam.store.block_files import BlockFiles, Job
+from echobeam.store.inputs import CodeFiles, input_digests
 from echobeam.store.result import open_result, write_result
 from echobeam.store.work import Advance, Progress
 from echobeam.store.workers import HERE, Workers, do_all
@@ -77,9 +77,11 @@ class BlockPiece:
     schemes: tuple[str | object, ...]
     seed: int
     trials: range
+    code: CodeFiles
 
     def __call__(self, advance: Advance) -> Block:
         """Run the block."""
+        self.code.check()
         schemes = configure_all(self.scene.scenario, self.schemes)
         return run_block(self.scene, schemes, self.seed, self.trials, advance)
 
@@ -93,6 +95,7 @@ class BlockWork:
     seed: int
     blocks: tuple[range, ...]
     files: BlockFiles
+    code: CodeFiles
 
     def sizes(self) -> list[int]:
         """Return trial-slots per block, over all schemes."""
@@ -105,7 +108,7 @@ class BlockWork:
 
     def piece(self, task: int) -> BlockPiece:
         """Return one block's work alone."""
-        return BlockPiece(self.scene, self.schemes, self.seed, self.blocks[task])
+        return BlockPiece(self.scene, self.schemes, self.seed, self.blocks[task], self.code)
 
     def write(self, task: int, block: Block) -> None:
         """Write a finished block."""
@@ -134,6 +137,7 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     """
     scenario, out = recording.scenario, recording.out
     check_count(recording.trials, recording.seed)
+    code = CodeFiles.of(scenario, recording.schemes)
     names = [scheme.name for scheme in configure_all(scenario, recording.schemes)]
     files = BlockFiles.beside(out)
     if recording.resume and not recording.force and _finished(recording, names):
@@ -142,7 +146,7 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     check_writable(out, force=recording.force)
     scene = scene_of(scenario)  # a trace that cannot be used says so now
     blocks = tuple(cut(scenario, recording.trials))
-    work = BlockWork(scene, recording.schemes, recording.seed, blocks, files)
+    work = BlockWork(scene, recording.schemes, recording.seed, blocks, files, code)
     job = _job(recording)
     with files.held(job, len(blocks), resume=recording.resume, force=recording.force):
         clear_leftovers(out)
@@ -189,18 +193,3 @@ def _job(recording: Recording) -> Job:
         seed=recording.seed,
         trials=recording.trials,
     )
-
-
-def input_digests(scenario: Scenario, schemes: Sequence[str]) -> tuple[str, ...]:
-    """Return digests of the files that a run reads: its trace, users' schemes and parts."""
-    texts = [*schemes, *scenario.scheme_parameters]
-    named = [split(text)[0] for text in texts]
-    named += [item.partition("=")[2] for text in texts for item in split(text)[1].split(",")]
-    for table in scenario.scheme_parameters.values():
-        named += [value for value in table.values() if isinstance(value, str)]
-    files = [name.rpartition(":")[0] for name in named if ".py:" in name]
-    inputs = [Path(file) for file in dict.fromkeys(files)]
-    trace = trace_path(scenario)
-    if trace is not None:
-        inputs.append(trace)
-    return tuple(digest(path) for path in inputs if path.is_file())

@@ -23,6 +23,13 @@ VARY, WHOLE_RESULT = "vary", "result"
 every point's whole result is, if they were kept."""
 
 
+COORDINATES = ("scheme", "slot", "time", "phase", "state", "measurement")
+"""Coordinates of a result that its readers need."""
+
+SIZES = {"state": 3, "state_b": 3, "measurement": 3, "axis": 3, "part": 2}
+"""Dimensions that every result has, and their sizes."""
+
+
 def write_result(
     path: Path,
     scene: Scene,
@@ -45,15 +52,11 @@ def write_result(
             "trial": trials,
             "slot": scenario.n_slots,
             "object": scenario.n_objects,
-            "state": 3,
-            "state_b": 3,
-            "measurement": 3,
             "antenna": scenario.array.n_tx,
-            "axis": 3,
-            "part": 2,
+            **SIZES,
         }
         for name, value in attributes(scenario, seed, scene.mover.names).items():
-            file.attrs[name] = value
+            file.attrs[name] = _storable(value)
         extremes: list[tuple[npt.NDArray[np.generic], npt.NDArray[np.generic]]] = []
         for index, block in enumerate(blocks):
             if index == 0:
@@ -81,9 +84,23 @@ def _write_variable(
     text = values.dtype.kind in "UO"
     dtype = h5py.string_dtype() if text else values.dtype
     variable = file.create_variable(name, dims, dtype)
-    variable[...] = values.astype(object) if text else values
+    variable[...] = _texts(values) if text else values
     for key, value in attrs.items():
         variable.attrs[key] = value
+
+
+def _storable(value: object) -> object:
+    """Return a text, or a list of some, as UTF-8 can hold it: file names may hold other bytes."""
+    if isinstance(value, list):
+        return [_storable(item) for item in value]
+    if isinstance(value, str):
+        return value.encode("utf-8", "backslashreplace").decode("utf-8")
+    return value
+
+
+def _texts(values: npt.NDArray[np.generic]) -> npt.NDArray[np.object_]:
+    texts = [_storable(str(value)) for value in values.ravel()]
+    return np.array(texts, dtype=object).reshape(values.shape)
 
 
 def _create_variables(file: Any, block: Block) -> None:
@@ -125,7 +142,7 @@ def write_dataset(path: Path, dataset: xr.Dataset) -> None:
         beside = [str(name) for name in dataset.coords if name not in dataset.dims]
         words = {"coordinates": " ".join(beside)} if beside else {}  # CF's mark of coordinates
         for key, value in (dataset.attrs | words).items():
-            file.attrs[key] = value
+            file.attrs[key] = _storable(value)
         for name, variable in dataset.variables.items():
             _write_variable(file, str(name), variable.dims, variable.values, variable.attrs)
 
@@ -165,13 +182,35 @@ def open_any(path: str | Path) -> xr.Dataset:
         raise StoreError(f"{path}: not a NetCDF-4 file: {error}") from None
     if VARY in result.attrs:
         return result
-    missing = [name for name in VARIABLES if name not in result] + [
+    misfit = _misfit(result)
+    if misfit:
+        result.close()
+        raise StoreError(f"{path}: not a result of echobeam: {misfit}")
+    return result
+
+
+def _misfit(result: xr.Dataset) -> str:
+    """Return in which way a dataset is no result: users cut results, and save what is left."""
+    missing = [name for name in (*VARIABLES, *COORDINATES) if name not in result.variables] + [
         name for name in ("scenario", "seed") if name not in result.attrs
     ]
     if missing:
-        result.close()
-        raise StoreError(f"{path}: not a result of echobeam: {', '.join(missing)} missing")
-    return result
+        return f"{', '.join(missing)} missing"
+    wanted = dict.fromkeys(dim for variable in VARIABLES.values() for dim in variable.dims)
+    for dim in wanted:
+        if dim not in result.dims:
+            return f"no dimension {dim} (a cut with a list, such as isel({dim}=[0]), keeps it)"
+    for name, variable in VARIABLES.items():
+        if result[name].dims != variable.dims:
+            dims, expected = ", ".join(map(str, result[name].dims)), ", ".join(variable.dims)
+            return f"{name} has the dimensions {dims}; expected {expected}"
+    for dim in ("scheme", "trial", "slot"):
+        if result.sizes[dim] == 0:
+            return f"nothing along the dimension {dim}"
+    for dim, size in SIZES.items():
+        if result.sizes[dim] != size:
+            return f"{result.sizes[dim]} along the dimension {dim}; expected {size}"
+    return ""
 
 
 def _instead_of_sweep(sweep: xr.Dataset, path: Path) -> str:

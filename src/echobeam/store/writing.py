@@ -43,6 +43,17 @@ def check_writable(path: Path, *, force: bool) -> None:
     StoreError
         Names the path and what could be done.
     """
+    try:
+        os.fsencode(path)
+        path.lstat()
+    except FileNotFoundError:
+        pass
+    except UnicodeEncodeError:
+        raise StoreError(
+            f"{path}: the locale of this process cannot name such a file; give another --out"
+        ) from None
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror}") from None
     if path.is_dir():
         raise StoreError(f"{path}: is a directory; give a file name, such as {path / 'result.nc'}")
     if path.exists() and not path.is_file():

@@ -17,7 +17,7 @@ from echobeam.simulation.run import check_count
 from echobeam.simulation.scene import Scene, scene_of
 from echobeam.simulation.statistics import Statistics, join, statistics_of
 from echobeam.store.block_files import BlockFiles, Job
-from echobeam.store.recorded import input_digests
+from echobeam.store.inputs import CodeFiles, input_digests
 from echobeam.store.work import Advance, Progress
 from echobeam.store.workers import HERE, Workers, do_all
 from echobeam.values import Array
@@ -55,9 +55,11 @@ class PointPiece:
     scene: Scene
     seed: int
     trials: range
+    code: CodeFiles
 
     def __call__(self, advance: Advance) -> Block:
         """Run the block."""
+        self.code.check()
         point = self.point
         schemes = configure_all(point.scenario, point.schemes)
         block = run_block(self.scene, schemes, self.seed, self.trials, advance)
@@ -77,7 +79,7 @@ class Study:
     ----------
     tasks
         Every block of every point: the point's number and its trials.
-    scenes
+    scenes, code
         One for each point.
     """
 
@@ -86,9 +88,10 @@ class Study:
     files: BlockFiles
     tasks: tuple[tuple[int, range], ...] = field(init=False, repr=False, compare=False)
     scenes: tuple[Scene, ...] = field(init=False, repr=False, compare=False)
+    code: tuple[CodeFiles, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Cut the points into blocks; read their traces."""
+        """Cut the points into blocks; read their traces and fingerprint users' code."""
         tasks = tuple(
             (index, block)
             for index, point in enumerate(self.points)
@@ -97,6 +100,8 @@ class Study:
         object.__setattr__(self, "tasks", tasks)
         scenes = tuple(scene_of(point.scenario) for point in self.points)
         object.__setattr__(self, "scenes", scenes)
+        code = tuple(CodeFiles.of(point.scenario, point.schemes) for point in self.points)
+        object.__setattr__(self, "code", code)
 
     def job(self) -> Job:
         """Return what tells this study from any other."""
@@ -126,7 +131,9 @@ class Study:
     def piece(self, task: int) -> PointPiece:
         """Return one task's work alone."""
         index, trials = self.tasks[task]
-        return PointPiece(self.points[index], self.scenes[index], self.seed, trials)
+        return PointPiece(
+            self.points[index], self.scenes[index], self.seed, trials, self.code[index]
+        )
 
     def write(self, task: int, block: Block) -> None:
         """Write a finished task's arrays."""
