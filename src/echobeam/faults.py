@@ -9,3 +9,7 @@ class InputError(ValueError):
 
 class RunError(RuntimeError):
     """The work could not be finished; the message says what is kept and how to go on."""
+
+
+class InputWarning(UserWarning):
+    """What was given is used in part, or otherwise than it is written; the message says how."""

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
+from collections.abc import Callable
+from functools import partial
 from importlib import import_module
+from typing import Any
 
 import click
 
-from echobeam.faults import InputError, RunError
+from echobeam.faults import InputError, InputWarning, RunError
 from echobeam.version import __version__
 
 COMMANDS = {
@@ -53,6 +57,15 @@ class LazyGroup(click.Group):
 @click.version_option(__version__, prog_name="echobeam")
 def cli() -> None:
     """Sensing-assisted predictive beamforming: echo, estimate, track, predict, optimise, rate."""
+    warnings.showwarning = partial(_tell, warnings.showwarning)
+
+
+def _tell(otherwise: Callable[..., None], message: Warning | str, *where: Any, **to: Any) -> None:
+    """Print what is used otherwise than it was given as a message of ours, without a place."""
+    if isinstance(message, InputWarning):
+        click.echo(f"echobeam: {message}", err=True)
+    else:
+        otherwise(message, *where, **to)
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,6 +51,7 @@ def command(
     from echobeam.cli.progress import progress_bar
     from echobeam.store.recorded import Recording, record
     from echobeam.store.workers import Workers
+    from echobeam.traces.progress import reading_shown
 
     with contextlib.redirect_stdout(sys.stderr):  # a user's scheme may print: not our output
         asked = options.read(scenario, overrides, trace, schemes, trials, seed)
@@ -63,7 +65,8 @@ def command(
             resume=resume,
             force=force,
         )
-        with progress_bar(asked.scenario.name, quiet=quiet) as progress:
+        bar = partial(progress_bar, quiet=quiet)
+        with reading_shown(bar), bar(asked.scenario.name) as progress:
             done = record(recording, progress)
     if not done.anything and not quiet:
         click.echo(f"{recording.out}: is complete, nothing was to be done", err=True)

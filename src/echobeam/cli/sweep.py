@@ -73,6 +73,7 @@ def command(
     from echobeam.store.workers import Workers
     from echobeam.sweeps.grid import Grid, read_varied
     from echobeam.sweeps.recorded import Sweep, open_sweep, record_sweep
+    from echobeam.traces.progress import reading_shown
 
     with contextlib.redirect_stdout(sys.stderr):  # a user's scheme may print: not our output
         axes = [partial(read_varied, text) for text in varied]
@@ -92,7 +93,8 @@ def command(
             resume,
             force,
         )
-        with progress_bar(f"{name}: {grid.size} points", quiet=quiet) as progress:
+        bar = partial(progress_bar, quiet=quiet)
+        with reading_shown(bar), bar(f"{name}: {grid.size} points") as progress:
             done = record_sweep(sweep, progress)
     if not done.anything and not quiet:
         click.echo(f"{target}: is complete, nothing was to be done", err=True)

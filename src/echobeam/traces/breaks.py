@@ -125,8 +125,6 @@ class _Follower:
     steady: bool = False
 
     def take(self, sample: Sample) -> Iterator[Visit]:
-        if sample.speed == NO_VALUE:
-            sample = sample._replace(speed=math.nan)
         if NO_VALUE in (sample.x, sample.y):
             yield from self.finish()
             self._lose(sample)
@@ -155,27 +153,22 @@ class _Follower:
         step = self.steps.pop(0)
         before = self.samples.pop(0)
         self.found.steps += 1
-        if self._is_jump(step):
+        agrees = self.before is not None and not step.differs(self.before)
+        if step.impossible or (not agrees and self._is_odd(step)):
             self.found.jumps += 1
             self.found.first_jump = self.found.first_jump or Jump(before, self.samples[0])
             self.visit += 1
             self.before, self.steady = None, False
         else:
-            self.steady = self.before is not None and not step.differs(self.before)
-            self.before = step
+            self.before, self.steady = step, agrees
         return Visit(self.samples[0], self.visit)
 
-    def _is_jump(self, step: Step) -> bool:
-        if step.impossible:
-            return True
+    def _is_odd(self, step: Step) -> bool:
+        """Whether a step that does not agree with the one before it is none of a vehicle."""
         after = list(takewhile(lambda other: not other.impossible, self.steps))
-        if self.before is not None and after:
-            return step.differs(self.before) and step.differs(after[0])
-        if self.before is not None:
-            return self.steady and step.differs(self.before)
-        if len(after) > 1:
-            return step.differs(after[0]) and not after[0].differs(after[1])
-        return False
+        if self.before is None:
+            return len(after) > 1 and step.differs(after[0]) and not after[0].differs(after[1])
+        return step.differs(after[0]) if after else self.steady
 
 
 def unbroken(samples: Iterable[Sample], found: dict[str, Breaks]) -> Iterator[Visit]:
@@ -202,3 +195,9 @@ def unbroken(samples: Iterable[Sample], found: dict[str, Breaks]) -> Iterator[Vi
         yield from follower.take(sample)
     for follower in followers.values():
         yield from follower.finish()
+
+
+def whole(samples: Iterable[Sample]) -> Iterator[Visit]:
+    """Yield the samples of a trace in which there is nothing to break at."""
+    for sample in samples:
+        yield Visit(sample, 0)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.traces.breaks import unbroken
+from echobeam.traces.breaks import unbroken, whole
 from echobeam.traces.collect import CONTEXT, OffRoad, Window, collect
 from echobeam.traces.motion import sight
 from echobeam.traces.progress import meter
@@ -85,7 +85,8 @@ def load_motion(
         high=zero + ground.max() + range_m,
     )
     off = OffRoad()
-    visits = unbroken(read_samples(file, meter(file, 1, 2)), {})
+    again = read_samples(file, meter(file, 1, 2))
+    visits = unbroken(again, {}) if survey.broken else whole(again)
     samples = collect(visits, survey.road, window, off, _context(survey))
     repaired = repair(samples, survey)
     for note in (*survey.notes, *_notes(survey, off, repaired)):

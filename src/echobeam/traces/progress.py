@@ -7,7 +7,7 @@ to see the progress says so around the run instead of handing a function down to
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
@@ -24,6 +24,30 @@ def _silent(done: int, total: int) -> None:
 
 
 _watcher: ContextVar[Progress] = ContextVar("watcher", default=_silent)
+
+
+@contextmanager
+def reading_shown(bar: Callable[[str], AbstractContextManager[Progress]]) -> Iterator[None]:
+    """Show the reading of long traces in bars of their own, which end with the reading.
+
+    Parameters
+    ----------
+    bar
+        Gives a progress bar for a label.
+    """
+    with ExitStack() as bars:
+        open_bars: list[Progress] = []
+
+        def show(done: int, total: int) -> None:
+            if not open_bars:
+                open_bars.append(bars.enter_context(bar("reading the trace")))
+            open_bars[0](done, total)
+            if done >= total:
+                open_bars.clear()
+                bars.close()
+
+        with watched(show):
+            yield
 
 
 @contextmanager

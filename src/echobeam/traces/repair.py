@@ -28,9 +28,14 @@ _LONGEST_SPACING = 1.0
 _COARSEST = 0.1
 """m: a coarser last digit says that positions are whole numbers, not that they are rounded."""
 
-_SAME = 0.1
-_OTHER = 0.3
+_ALIKE = 0.7
+"""Share of their mean above which two speeds tell that a vehicle drove steadily between them."""
+
+_SAME, _OTHER = 0.1, 0.3
+"""Relative differences up to which ways are the same, and from which on they are others."""
+
 _LITTLE = 0.2
+"""m that such ways may differ by besides."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,9 +95,8 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
     if not survey.speeds_at_samples:
         speed = np.full_like(speed, np.nan)
     samples = replace(samples, speed=speed, visit=visit)
-    return Repaired(
-        _thinned(samples, spacing(survey)), int((dropouts | outliers).sum()), int(jumps.sum())
-    )
+    unknown = int((dropouts | outliers).sum()) if survey.speeds_at_samples else 0
+    return Repaired(_thinned(samples, spacing(survey)), unknown, int(jumps.sum()))
 
 
 def _dropouts(samples: RoadSamples, suspect: Array, speed: Array, linked: BoolArray) -> BoolArray:
@@ -105,10 +109,12 @@ def _dropouts(samples: RoadSamples, suspect: Array, speed: Array, linked: BoolAr
     both = linked[:-1] & linked[1:]
     time = samples.time[2:] - samples.time[:-2]
     way = np.abs(samples.along[2:] - samples.along[:-2])
-    beside = (np.abs(speed[:-2]) + np.abs(speed[2:])) / 2 * time
+    one, other = np.abs(speed[:-2]), np.abs(speed[2:])
+    mean = (one + other) / 2
     off = np.abs(np.abs(suspect[1:-1]) * time - way)
     too_fast = off > _LITTLE + HARDEST * (time / 2) ** 2
-    steady = (np.abs(beside - way) <= _SAME * way + _LITTLE) & (off > _OTHER * way + _LITTLE)
+    alike = np.minimum(one, other) > _ALIKE * mean
+    steady = alike & (np.abs(mean * time - way) <= _SAME * way + _LITTLE) & (off > _OTHER * way)
     found[1:-1] = both & (too_fast | steady)
     return found
 

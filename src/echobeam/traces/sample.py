@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from echobeam.faults import InputError
+from echobeam.faults import InputError, InputWarning
 
 LARGEST = 1e12
 """Largest size of a number in a trace: room for Unix times in seconds and any map's metres."""
@@ -29,7 +29,7 @@ class TraceError(InputError):
     """A trace that cannot be used; the message names the file, the place and what is accepted."""
 
 
-class TraceWarning(UserWarning):
+class TraceWarning(InputWarning):
     """What was left out of a trace, or read otherwise than it is written."""
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from echobeam.traces.chunks import Advance, Chunks
 from echobeam.traces.fcd import fcd_samples
-from echobeam.traces.sample import SHORTEST_STEP, Sample, TraceError, fault
+from echobeam.traces.sample import NO_VALUE, SHORTEST_STEP, Sample, TraceError, fault
 from echobeam.traces.table import looks_like_header, table_samples
 
 _FORMATS = (
@@ -82,7 +82,7 @@ def _in_order(samples: Iterator[Sample], path: Path) -> Iterator[Sample]:
         if before is not None and sample.time - before < SHORTEST_STEP:
             raise _order_fault(path, sample, before)
         last[sample.name] = sample.time
-        yield sample
+        yield sample if sample.speed != NO_VALUE else sample._replace(speed=float("nan"))
 
 
 def _order_fault(path: Path, sample: Sample, before: float) -> TraceError:

@@ -38,6 +38,8 @@ class Survey:
         Number of vehicles.
     dropped
         Number of those without two samples between which there is motion.
+    broken
+        Whether there are jumps, or samples without a position.
     step
         The even step that rounded times stand for; None where times are what they are.
     period
@@ -58,6 +60,7 @@ class Survey:
     extent: tuple[float, float] | None
     vehicles: int
     dropped: int
+    broken: bool
     step: EvenStep | None
     period: float
     position_digits: int
@@ -105,6 +108,7 @@ def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None
         _extent(totals.outline, fitted),
         len(vehicles),
         dropped,
+        any(each.jumps or each.unplaced for each in found.values()),
         step,
         totals.clock.period,
         totals.position_digits,
