@@ -7,8 +7,8 @@ neither looks at the speeds that the file gives, which may be wrong themselves:
 
 - it is faster than any road vehicle, or
 - its velocity differs from those of the steps before and after it by more than a vehicle can
-  accelerate. Where it is the first or the last step of a visit, the one neighbour that it has
-  must agree with that neighbour's own.
+  brake, or accelerate and brake again. Where it is the first or the last step of a visit, the one
+  neighbour that it has must agree with that neighbour's own.
 
 SUMO's mark for an unknown position is dropped, and the vehicle is gone for that moment.
 """
@@ -27,7 +27,11 @@ FASTEST = 100.0
 """m/s (360 km/h): no road vehicle is faster."""
 
 HARDEST = 10.0
-"""m/s^2: no road vehicle accelerates or brakes harder."""
+"""m/s^2: no road vehicle brakes harder."""
+
+_TO_AND_FRO = 5.0
+"""m/s^2: no road vehicle accelerates harder, and so none makes a step that is faster or slower by
+more than this than the steps on both sides."""
 
 SLACK = 5.0
 """m by which positions may jump by themselves: a change of lane in one step, a noisy receiver."""
@@ -56,11 +60,16 @@ class Step(NamedTuple):
         """Size of the velocity, m/s."""
         return math.hypot(self.vx, self.vy)
 
-    def differs(self, other: Step) -> bool:
-        """Whether more than acceleration lies between this step and a neighbour."""
+    def differs(self, other: Step, acceleration: float = HARDEST) -> bool:
+        """Whether more than an acceleration lies between this step and a neighbour."""
         away = math.hypot(self.vx - other.vx, self.vy - other.vy) * self.duration
         between = (self.duration + other.duration) / 2
-        return away > SLACK + HARDEST * between * self.duration
+        return away > SLACK + acceleration * between * self.duration
+
+    def sticks_out(self, one: Step, other: Step) -> bool:
+        """Whether both neighbours differ from this step to the same side."""
+        dx, dy = self.vx - one.vx, self.vy - one.vy
+        return dx * (self.vx - other.vx) + dy * (self.vy - other.vy) > 0
 
 
 def _step(one: Sample, other: Sample) -> Step:
@@ -153,7 +162,7 @@ class _Follower:
         step = self.steps.pop(0)
         before = self.samples.pop(0)
         self.found.steps += 1
-        agrees = self.before is not None and not step.differs(self.before)
+        agrees = self.before is not None and not step.differs(self.before, _TO_AND_FRO)
         if step.impossible or (not agrees and self._is_odd(step)):
             self.found.jumps += 1
             self.found.first_jump = self.found.first_jump or Jump(before, self.samples[0])
@@ -168,7 +177,10 @@ class _Follower:
         after = list(takewhile(lambda other: not other.impossible, self.steps))
         if self.before is None:
             return len(after) > 1 and step.differs(after[0]) and not after[0].differs(after[1])
-        return step.differs(after[0]) if after else self.steady
+        if not after:
+            return self.steady and step.differs(self.before)
+        limit = _TO_AND_FRO if step.sticks_out(self.before, after[0]) else HARDEST
+        return step.differs(self.before, limit) and step.differs(after[0], limit)
 
 
 def unbroken(samples: Iterable[Sample], found: dict[str, Breaks]) -> Iterator[Visit]:

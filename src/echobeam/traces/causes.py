@@ -36,8 +36,8 @@ _DEGREE = 111_320.0
 _DIGITS_OF_DEGREES = 4
 
 
-def cause_of(ratio: float, *, degrees: bool, whole_times: bool) -> str:
-    """Return the likely cause of speeds that are a multiple of what positions say.
+def cause_of(ratio: float, *, degrees: bool, whole_times: bool) -> str | None:
+    """Return the likely cause of speeds that are a multiple of what positions say; None if unknown.
 
     Parameters
     ----------
@@ -51,13 +51,11 @@ def cause_of(ratio: float, *, degrees: bool, whole_times: bool) -> str:
     if degrees and ratio > _DEGREE / 10:
         return "are x, y degrees instead of metres (SUMO's --fcd-output.geo)?"
     if whole_times:
-        for frames in _FRAMES:
-            if abs(ratio / frames - 1) < _CLOSE / 2:
-                return f"are the times numbers of frames, {frames:g} a second?"
+        frames = min(_FRAMES, key=lambda each: abs(ratio - each))
+        if abs(ratio / frames - 1) < _CLOSE:
+            return f"are the times numbers of frames, {frames:g} a second?"
     near = min(_CAUSES, key=lambda each: abs(math.log(max(ratio, 1e-300) / each[0])))
-    if abs(ratio / near[0] - 1) < _CLOSE:
-        return near[1]
-    return "speeds, times or positions must be in other units than m/s, s and m"
+    return near[1] if abs(ratio / near[0] - 1) < _CLOSE else None
 
 
 def could_be_degrees(low: tuple[float, float], high: tuple[float, float], digits: int) -> bool:

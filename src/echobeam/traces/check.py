@@ -16,9 +16,14 @@ _LIGHT = 299_792_458.0
 _STANDSTILL = 0.1
 """m/s: a trace in which nothing is faster, and yet something moves, is in other units."""
 
-_CRAWL = 1.0
-_FAR = 10.0
-_MOVED_DEGREES = 1e-4
+_CRAWL, _FAR = 1.0, 10.0
+"""m/s and m: what moves on for so long and is never faster moves by frames, not by seconds."""
+
+_DRIFT, _STEADY = 1e-4, 0.5
+"""m, and share of its way, that a vehicle has moved on if it was not its position that trembled."""
+
+_TYPICAL = 55.0
+"""m/s (200 km/h): where all traffic is faster, positions may be feet."""
 
 
 def check_trace(path: Path, totals: Totals, found: dict[str, Breaks]) -> tuple[str, ...]:
@@ -64,18 +69,18 @@ def _jump_fault(path: Path, totals: Totals, name: str, found: Breaks, jump: Jump
     else:
         limit = ", and neither the steps before nor after it are like that"
     given = [abs(each.speed) for each in jump if abs(each.speed) > 0]
-    cause = "are x, y metres and t seconds, and is the id that of one vehicle?"
+    cause = None
     if given and speed > 2 * max(given):
-        cause = cause_of(
-            sum(given) / len(given) / speed, degrees=False, whole_times=totals.clock.digits == 0
-        )
-        cause = f"speed says {given[-1]:g} m/s; {cause}"
+        ratio = sum(given) / len(given) / speed
+        cause = cause_of(ratio, degrees=False, whole_times=totals.clock.digits == 0)
+    said = f"speed says {given[-1]:g} m/s; " if cause else ""
+    cause = cause or "are x, y metres and t seconds, and is the id that of one vehicle?"
     return fault(
         path,
         jump.after.line,
         f"vehicle {name!r} moves {jump.distance:.4g} m in "
         f"{jump.after.time - jump.before.time:.4g} s, {speed:.4g} m/s{limit}; so it does in "
-        f"{found.jumps} of its {found.steps} steps; {cause}",
+        f"{found.jumps} of its {found.steps} steps; {said}{cause}",
     )
 
 
@@ -100,17 +105,18 @@ def _unit_fault(
     moved = speeds.moved / speeds.time
     stated = speeds.ratio() * moved if speeds.moved > 0 else max(-speeds.low, speeds.high)
     cause = cause_of(ratio, degrees=_degrees(totals), whole_times=totals.clock.digits == 0)
-    mark = (
-        f", or is {speeds.high:g} in every row a mark for an unknown speed (leave it empty)?"
-        if speeds.constant and cause.startswith("speeds, times or")
-        else ""
-    )
+    if cause is None and speeds.constant and not 0 < speeds.high <= FASTEST:
+        cause = (
+            f"is {speeds.high:g}, which is in every row, a mark for an unknown speed? Then leave "
+            "the field empty"
+        )
+    cause = cause or "speeds, times or positions are in other units than m/s, s and m"
     return fault(
         path,
         vehicle.first.line,
         f"vehicle {name!r} moves {moved:.3g} m/s by its positions, but {stated:.3g} m/s by its "
         f"speed, {ratio:.4g} times as much ({len(vehicles)} of {tested} vehicles with speeds "
-        f"contradict themselves so); {cause}{mark}; accepted are metres, seconds and metres per "
+        f"contradict themselves so); {cause}; accepted are metres, seconds and metres per "
         "second, or no speed",
     )
 
@@ -125,10 +131,10 @@ def _check_pace(path: Path, totals: Totals) -> None:
     name, vehicle = max(totals.vehicles.items(), key=lambda each: each[1].speeds.path)
     fastest = max(each.speeds.fastest for each in totals.vehicles.values())
     path_driven, net = vehicle.speeds.path, vehicle.speeds.net
-    if fastest < _STANDSTILL and net > _MOVED_DEGREES and _degrees(totals):
+    if fastest < _STANDSTILL and net > max(_DRIFT, _STEADY * path_driven) and _degrees(totals):
         cause = "are x, y degrees instead of metres (SUMO's --fcd-output.geo)?"
-    elif fastest < _STANDSTILL and path_driven > _FAR:
-        cause = "are the times in ms?"
+    elif fastest < _STANDSTILL and net > max(_DRIFT, _STEADY * path_driven):
+        cause = "are the times in ms, or the positions in km?"
     elif (
         fastest < _CRAWL
         and path_driven > _FAR
@@ -172,6 +178,13 @@ def _notes(totals: Totals, found: dict[str, Breaks]) -> Iterable[str]:
             f"{jump.after.time - jump.before.time:.3g} s); the vehicle is gone meanwhile"
         )
     yield from _speed_notes(totals)
+    path = sum(each.speeds.path for each in totals.vehicles.values())
+    time = sum(each.speeds.time for each in totals.vehicles.values())
+    if path > _TYPICAL * time:
+        yield (
+            f"the vehicles drive {path / time:.3g} m/s ({3.6 * path / time:.3g} km/h) in the mean; "
+            "are the positions feet instead of metres?"
+        )
 
 
 def _speed_notes(totals: Totals) -> Iterable[str]:

@@ -85,7 +85,7 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
     useless = np.array([name in survey.speedless for name in samples.names], dtype=bool)
     speed = np.where(useless[samples.vehicle], np.nan, samples.speed)
     linked = links(samples)
-    dropouts = _dropouts(samples, np.where(speed <= 0, speed, np.nan), speed, linked)
+    dropouts = _dropouts(samples, speed, linked)
     speed = np.where(dropouts, np.nan, speed)
     odd = _contradictions(samples, speed, linked, survey.speed_share)
     outliers = _outliers(samples, speed, odd)
@@ -99,24 +99,40 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
     return Repaired(_thinned(samples, spacing(survey)), unknown, int(jumps.sum()))
 
 
-def _dropouts(samples: RoadSamples, suspect: Array, speed: Array, linked: BoolArray) -> BoolArray:
+def _dropouts(samples: RoadSamples, speed: Array, linked: BoolArray) -> BoolArray:
     """Whether a speed of zero or less is a mark in a row of a vehicle that goes on moving.
 
     It is one if no vehicle could have stopped and started so fast, or if the speeds before and
-    after it agree with the way between them.
+    after it agree with the way between them; at the ends of a motion, if the one beside it agrees
+    with the way to it. A vehicle with one negative mark has no other negative speeds.
     """
     found = np.zeros(speed.size, dtype=bool)
+    size = np.abs(speed)
+    suspect = speed <= 0
+    step, way = np.diff(samples.time), np.abs(np.diff(samples.along))
+    steady = _alike(size[:-1] * step, way), _alike(size[1:] * step, way)  # by either end's speed
+    other = np.abs((size[:-1] + size[1:]) / 2 * step - way) > _OTHER / 2 * way
+    first, last = ~np.append(False, linked), ~np.append(linked, False)
+    found[:-1] |= first[:-1] & linked & steady[1] & other
+    found[1:] |= last[1:] & linked & steady[0] & other
+
     both = linked[:-1] & linked[1:]
     time = samples.time[2:] - samples.time[:-2]
-    way = np.abs(samples.along[2:] - samples.along[:-2])
-    one, other = np.abs(speed[:-2]), np.abs(speed[2:])
-    mean = (one + other) / 2
-    off = np.abs(np.abs(suspect[1:-1]) * time - way)
+    net = np.abs(samples.along[2:] - samples.along[:-2])
+    off = np.abs(size[1:-1] * time - net)
+    mean = (size[:-2] + size[2:]) / 2
+    alike = np.minimum(size[:-2], size[2:]) > _ALIKE * mean
     too_fast = off > _LITTLE + HARDEST * (time / 2) ** 2
-    alike = np.minimum(one, other) > _ALIKE * mean
-    steady = alike & (np.abs(mean * time - way) <= _SAME * way + _LITTLE) & (off > _OTHER * way)
-    found[1:-1] = both & (too_fast | steady)
-    return found
+    found[1:-1] |= both & (too_fast | (alike & _alike(mean * time, net) & (off > _OTHER * net)))
+    found &= suspect
+    marks = np.bincount(samples.vehicle[found & (speed < 0)], minlength=len(samples.names)) > 0
+    return found | (marks[samples.vehicle] & (speed < 0))
+
+
+def _alike(one: Array, other: Array) -> BoolArray:
+    """Whether two ways are the same, and more than nothing."""
+    same: BoolArray = (np.abs(one - other) <= _SAME * other + _LITTLE) & (other > _LITTLE)
+    return same
 
 
 def _contradictions(

@@ -135,6 +135,8 @@ def fit_road(scatters: Sequence[Scatter]) -> Road:
     table = np.array(
         [(s.x, s.y, s.count, s.dx, s.dy, s.xx, s.xy, s.yy) for s in scatters], dtype=float
     )
+    moved = table[:, 2] > 1  # a single sample of a visit may be anywhere
+    table = table[moved] if moved.any() else table
     anchor = table[0, :2].copy()  # equal positions give exact zeros
     count = table[:, 2]
     shift = table[:, 3:5] / count[:, None]
@@ -146,12 +148,15 @@ def fit_road(scatters: Sequence[Scatter]) -> Road:
     for _ in range(_FITS):
         centre, direction = _axis(count[chosen], mean[chosen], own[chosen])
         on_it = _on_axis(mean - centre, own, direction)
+        if count[on_it].sum() <= 0.5 * count.sum():  # far ones have drawn the centre away
+            centre = _middle(count[chosen], mean[chosen], direction)
+            on_it = _on_axis(mean - centre, own, direction)
         if (on_it == chosen).all() or not on_it.any():
             break
         chosen = on_it
-    if count[on_it].sum() < 0.5 * count.sum():
+    if count[on_it].sum() <= 0.5 * count.sum():
         raise RoadError(
-            "the vehicles do not follow one straight road (less than half of their samples are "
+            "the vehicles do not follow one straight road (half of their samples or more are not "
             f"within {HALF_WIDTH:g} m of the one that fits best)"
         )
     normal = np.array([-direction[1], direction[0]])
@@ -175,6 +180,15 @@ def _axis(count: Array, mean: Array, own: Array) -> tuple[Array, Array]:
         )
     direction: Array = axes[:, 1] * np.sign(axes[np.argmax(np.abs(axes[:, 1])), 1])
     return centre, direction
+
+
+def _middle(count: Array, mean: Array, direction: Array) -> Array:
+    """Return the visit that has as many samples to its left as to its right."""
+    offset = mean @ np.array([-direction[1], direction[0]])
+    order = np.argsort(offset, kind="stable")
+    half = np.searchsorted(np.cumsum(count[order]), count.sum() / 2)
+    middle: Array = mean[order[half]]
+    return middle
 
 
 def _on_axis(apart: Array, own: Array, direction: Array) -> BoolArray:

@@ -67,10 +67,13 @@ class Timing:
 
     Least squares of the share f in: way driven = f (sum by the speeds at the ends of steps)
     + (1 - f) (sum by those at their beginnings). One half where nothing tells.
+
+    ``rounding`` is by how much times may be wrong, s.
     """
 
     cross: float = 0.0
     square: float = 0.0
+    rounding: float = 0.0
 
     @property
     def share(self) -> float:
@@ -192,6 +195,7 @@ class SpeedTally:
         excess = max(way - self.moved, min(self.net, self.moved) - way)
         step = min(self.time / self.steps, _LONGEST_SUM)
         scatter = _SCATTER * step**2 * math.sqrt(self.counted)
+        scatter += 2 * self.timing.rounding * self.path / self.time
         size = max(way, self.moved)
         if excess > _WRONG_UNIT * size + _FEW_METRES + 4 * scatter:
             return Verdict.WRONG

@@ -96,6 +96,7 @@ def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None
     for vehicle in vehicles.values():
         vehicle.speeds.end()
     step = totals.clock.even_step(vehicle.ticks for vehicle in vehicles.values())
+    totals.timing.rounding = 0.0 if step is None else step.digit
     dropped = sum(vehicle.speeds.steps == 0 for vehicle in vehicles.values())
     _check_samples(path, found, vehicles)
     notes = check_trace(path, totals, found)
