@@ -13,6 +13,7 @@ from echobeam.commands.progress import Bar, interactive_bar
 from echobeam.scenario.load import Source
 from echobeam.store.recorded import Done, Recording, record
 from echobeam.store.result import open_result
+from echobeam.traces.progress import reading_shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -114,6 +115,6 @@ def record_run(wanted: Request, out: Path | None, bar: Bar) -> RunDone:
         resume=wanted.resume,
         force=wanted.force,
     )
-    with bar(asked.scenario.name) as progress:
+    with reading_shown(bar), bar(asked.scenario.name) as progress:
         done = record(recording, progress)
     return RunDone(asked, recording.out, done)

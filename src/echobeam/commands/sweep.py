@@ -19,6 +19,7 @@ from echobeam.scenario.load import Source
 from echobeam.store.recorded import Done
 from echobeam.sweeps.grid import Grid, read_varied
 from echobeam.sweeps.recorded import Sweep, open_sweep, record_sweep
+from echobeam.traces.progress import reading_shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,7 +131,7 @@ def record_grid(
         wanted.resume,
         wanted.force,
     )
-    with bar(f"{name}: {grid.size} points") as progress:
+    with reading_shown(bar), bar(f"{name}: {grid.size} points") as progress:
         done = record_sweep(whole, progress)
     return SweepDone(grid, name, whole.out, done)
 
