@@ -34,7 +34,11 @@ _TO_AND_FRO = 5.0
 more than this than the steps on both sides."""
 
 SLACK = 5.0
-"""m by which positions may jump by themselves: a change of lane in one step, a noisy receiver."""
+"""m by which positions may jump by themselves: a change of lane in one step."""
+
+_ROUGHNESS = 4.0
+"""Multiples of the mean roughness of a vehicle's way, by which positions may jump besides: those
+of a noisy receiver."""
 
 _SHORTEST = 0.01
 """s added to a step before its speed is judged: time stamps may be rounded to two digits."""
@@ -60,11 +64,14 @@ class Step(NamedTuple):
         """Size of the velocity, m/s."""
         return math.hypot(self.vx, self.vy)
 
-    def differs(self, other: Step, acceleration: float = HARDEST) -> bool:
-        """Whether more than an acceleration lies between this step and a neighbour."""
-        away = math.hypot(self.vx - other.vx, self.vy - other.vy) * self.duration
+    def away(self, other: Step) -> float:
+        """Return how far from here the velocity of a neighbour would have led, m."""
+        return math.hypot(self.vx - other.vx, self.vy - other.vy) * self.duration
+
+    def differs(self, other: Step, slack: float, acceleration: float) -> bool:
+        """Whether more than an acceleration, and some slack, lies between it and a neighbour."""
         between = (self.duration + other.duration) / 2
-        return away > SLACK + acceleration * between * self.duration
+        return self.away(other) > slack + acceleration * between * self.duration
 
     def sticks_out(self, one: Step, other: Step) -> bool:
         """Whether both neighbours differ from this step to the same side."""
@@ -123,7 +130,8 @@ class _Follower:
 
     The first of ``samples`` is decided and passed on already; ``steps[i]`` leads from sample i to
     the next one. ``before`` is the step that led to the first sample, if it was motion, and
-    ``steady`` whether that one agreed with its own predecessor.
+    ``steady`` whether that one agreed with its own predecessor. ``known`` is the last step that
+    was motion, also in an earlier visit.
     """
 
     found: Breaks
@@ -132,6 +140,9 @@ class _Follower:
     steps: list[Step] = field(default_factory=list)
     before: Step | None = None
     steady: bool = False
+    known: Step | None = None
+    roughness: float = 0.0
+    turns: int = 0
 
     def take(self, sample: Sample) -> Iterator[Visit]:
         if NO_VALUE in (sample.x, sample.y):
@@ -143,6 +154,9 @@ class _Follower:
         else:
             self.steps.append(_step(self.samples[-1], sample))
             self.samples.append(sample)
+            if len(self.steps) > 1:
+                self.turns += 1
+                self.roughness += min(self.steps[-2].away(self.steps[-1]), SLACK)
             if len(self.steps) == 3:
                 yield self._decide()
 
@@ -162,25 +176,31 @@ class _Follower:
         step = self.steps.pop(0)
         before = self.samples.pop(0)
         self.found.steps += 1
-        agrees = self.before is not None and not step.differs(self.before, _TO_AND_FRO)
+        agrees = self.before is not None and not self._differ(step, self.before, _TO_AND_FRO)
         if step.impossible or (not agrees and self._is_odd(step)):
             self.found.jumps += 1
             self.found.first_jump = self.found.first_jump or Jump(before, self.samples[0])
             self.visit += 1
             self.before, self.steady = None, False
         else:
-            self.before, self.steady = step, agrees
+            self.before, self.known, self.steady = step, step, agrees
         return Visit(self.samples[0], self.visit)
 
     def _is_odd(self, step: Step) -> bool:
         """Whether a step that does not agree with the one before it is none of a vehicle."""
         after = list(takewhile(lambda other: not other.impossible, self.steps))
         if self.before is None:
-            return len(after) > 1 and step.differs(after[0]) and not after[0].differs(after[1])
+            if len(after) > 1:
+                return self._differ(step, after[0]) and not self._differ(after[0], after[1])
+            return self.known is not None and self._differ(step, self.known)
         if not after:
-            return self.steady and step.differs(self.before)
+            return self.steady and self._differ(step, self.before)
         limit = _TO_AND_FRO if step.sticks_out(self.before, after[0]) else HARDEST
-        return step.differs(self.before, limit) and step.differs(after[0], limit)
+        return self._differ(step, self.before, limit) and self._differ(step, after[0], limit)
+
+    def _differ(self, step: Step, other: Step, acceleration: float = HARDEST) -> bool:
+        rough = self.roughness / self.turns if self.turns else 0.0
+        return step.differs(other, SLACK + _ROUGHNESS * rough, acceleration)
 
 
 def unbroken(samples: Iterable[Sample], found: dict[str, Breaks]) -> Iterator[Visit]:

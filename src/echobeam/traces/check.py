@@ -16,6 +16,9 @@ _LIGHT = 299_792_458.0
 _STANDSTILL = 0.1
 """m/s: a trace in which nothing is faster, and yet something moves, is in other units."""
 
+_DEGREES = 2e-3
+"""Degrees a second that no vehicle makes, not even of longitude far in the north."""
+
 _CRAWL, _FAR = 1.0, 10.0
 """m/s and m: what moves on for so long and is never faster moves by frames, not by seconds."""
 
@@ -46,7 +49,8 @@ def check_trace(path: Path, totals: Totals, found: dict[str, Breaks]) -> tuple[s
     """
     _check_jumps(path, totals, found)
     _check_units(path, totals)
-    _check_pace(path, totals)
+    _check_fastest(path, totals)
+    _check_slowest(path, totals)
     return tuple(_notes(totals, found))
 
 
@@ -121,7 +125,20 @@ def _unit_fault(
     )
 
 
-def _check_pace(path: Path, totals: Totals) -> None:
+def _check_fastest(path: Path, totals: Totals) -> None:
+    """Refuse vehicles that are too fast all the time, if by little."""
+    for name, vehicle in totals.vehicles.items():
+        speeds = vehicle.speeds
+        if speeds.net > FASTEST * speeds.time:
+            raise fault(
+                path,
+                vehicle.first.line,
+                f"vehicle {name!r} moves {speeds.net:.4g} m in {speeds.time:.4g} s, faster than "
+                f"any road vehicle ({FASTEST:g} m/s); accepted are metres and seconds",
+            )
+
+
+def _check_slowest(path: Path, totals: Totals) -> None:
     """Refuse traces without speeds in which nothing moves as fast as a vehicle."""
     if any(
         each.speeds.known and each.speeds.verdict() is not Verdict.MARK and each.speeds.high > 0
@@ -131,9 +148,10 @@ def _check_pace(path: Path, totals: Totals) -> None:
     name, vehicle = max(totals.vehicles.items(), key=lambda each: each[1].speeds.path)
     fastest = max(each.speeds.fastest for each in totals.vehicles.values())
     path_driven, net = vehicle.speeds.path, vehicle.speeds.net
-    if fastest < _STANDSTILL and net > max(_DRIFT, _STEADY * path_driven) and _degrees(totals):
+    moves_on = net > max(_DRIFT, _STEADY * path_driven)
+    if moves_on and fastest < _DEGREES and _degrees(totals):
         cause = "are x, y degrees instead of metres (SUMO's --fcd-output.geo)?"
-    elif fastest < _STANDSTILL and net > max(_DRIFT, _STEADY * path_driven):
+    elif moves_on and fastest < _STANDSTILL:
         cause = "are the times in ms, or the positions in km?"
     elif (
         fastest < _CRAWL

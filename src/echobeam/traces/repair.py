@@ -82,8 +82,7 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
     if survey.step is not None:
         time = evened(samples.time, links(samples), survey.step)
         samples = replace(samples, time=time)
-    useless = np.array([name in survey.speedless for name in samples.names], dtype=bool)
-    speed = np.where(useless[samples.vehicle], np.nan, samples.speed)
+    speed = np.where(_vehicles_in(survey.marked, samples), np.nan, samples.speed)
     linked = links(samples)
     dropouts = _dropouts(samples, speed, linked)
     speed = np.where(dropouts, np.nan, speed)
@@ -92,11 +91,18 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
     speed = np.where(outliers, np.nan, speed)
     jumps = _contradictions(samples, speed, linked, survey.speed_share)
     visit = samples.visit + np.append(0, np.cumsum(jumps))
-    if not survey.speeds_at_samples:
-        speed = np.full_like(speed, np.nan)
+    useless = _vehicles_in(survey.inexact, samples) | (not survey.speeds_at_samples)
+    speed = np.where(useless, np.nan, speed)
     samples = replace(samples, speed=speed, visit=visit)
     unknown = int((dropouts | outliers).sum()) if survey.speeds_at_samples else 0
     return Repaired(_thinned(samples, spacing(survey)), unknown, int(jumps.sum()))
+
+
+def _vehicles_in(names: frozenset[str], samples: RoadSamples) -> BoolArray:
+    """Whether samples are of one of some vehicles."""
+    chosen = np.array([name in names for name in samples.names], dtype=bool)
+    found: BoolArray = chosen[samples.vehicle]
+    return found
 
 
 def _dropouts(samples: RoadSamples, speed: Array, linked: BoolArray) -> BoolArray:

@@ -20,6 +20,8 @@ from echobeam.traces.sample import Sample, fault
 from echobeam.traces.speeds import Verdict
 from echobeam.traces.totals import Totals, Vehicle
 
+_INEXACT = (Verdict.INEXACT, Verdict.GROSS)
+
 
 @dataclass(frozen=True, slots=True)
 class Survey:
@@ -48,8 +50,9 @@ class Survey:
         Number of decimals of the positions.
     speed_share, speeds_at_samples
         Where in the step before its sample a speed belongs, and whether it is at the sample.
-    speedless
-        Vehicles whose speeds are of no use.
+    marked, inexact
+        Vehicles whose speeds are marks, and those whose speeds differ from what the positions say:
+        neither's are used for motion.
     notes
         What was left out or read otherwise than it is written, for people.
     """
@@ -66,7 +69,8 @@ class Survey:
     position_digits: int
     speed_share: float
     speeds_at_samples: bool
-    speedless: frozenset[str]
+    marked: frozenset[str]
+    inexact: frozenset[str]
     notes: tuple[str, ...]
 
 
@@ -102,6 +106,7 @@ def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None
     notes = check_trace(path, totals, found)
     _check_motion(path, vehicles, dropped, totals.outline, road)
     fitted = _fitted(path, vehicles) if road is None else road
+    verdicts = {name: vehicle.speeds.verdict() for name, vehicle in vehicles.items()}
     return Survey(
         totals.first,
         totals.last,
@@ -115,11 +120,8 @@ def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None
         totals.position_digits,
         totals.timing.share,
         totals.timing.at_samples,
-        frozenset(
-            name
-            for name, vehicle in vehicles.items()
-            if vehicle.speeds.verdict() is not Verdict.TRUE
-        ),
+        frozenset(name for name, verdict in verdicts.items() if verdict is Verdict.MARK),
+        frozenset(name for name, verdict in verdicts.items() if verdict in _INEXACT),
         notes,
     )
 

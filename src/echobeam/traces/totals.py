@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from echobeam.traces.breaks import Breaks
 from echobeam.traces.clock import ClockFit, Ticks, last_digit
+from echobeam.traces.motion import GAP_PERIODS
 from echobeam.traces.outline import Outline, Point
 from echobeam.traces.road import Road, Scatter
 from echobeam.traces.sample import Sample
@@ -47,12 +48,14 @@ class Totals:
             self.vehicles[sample.name] = vehicle
         self._place(sample, road)
         duration = self.clock.take(vehicle.ticks, sample.time)
-        if visit != vehicle.visit:
+        speeds = vehicle.speeds
+        gap = speeds.steps > 0 and duration > GAP_PERIODS * speeds.time / speeds.steps
+        if visit != vehicle.visit or gap:
             vehicle.visit = visit
-            vehicle.speeds.begin(sample)
+            speeds.begin(sample)
             vehicle.scatters.append(Scatter(sample.x, sample.y))
         else:
-            vehicle.speeds.take(sample, duration)
+            speeds.take(sample, duration)
         vehicle.scatters[-1].add(sample.x, sample.y)
 
     def _place(self, sample: Sample, road: Road | None) -> None:
