@@ -23,7 +23,12 @@ from echobeam.sweeps.recorded import Sweep, open_sweep, record_sweep
 if TYPE_CHECKING:
     import xarray as xr
 
-Vary = Mapping[str | tuple[str, ...], object] | Sequence[str] | str
+Vary = (
+    Mapping[str, object]
+    | Mapping[tuple[str, ...], object]
+    | Mapping[str | tuple[str, ...], object]
+    | Sequence[str]
+)
 """Axes of a grid: ``{"array.n_tx": [16, 32]}``, or texts ``"array.n_tx=16,32"``."""
 
 
