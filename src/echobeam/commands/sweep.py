@@ -24,7 +24,12 @@ from echobeam.traces.progress import reading_shown
 if TYPE_CHECKING:
     import xarray as xr
 
-Vary = Mapping[str | tuple[str, ...], object] | Sequence[str] | str
+Vary = (
+    Mapping[str, object]
+    | Mapping[tuple[str, ...], object]
+    | Mapping[str | tuple[str, ...], object]
+    | Sequence[str]
+)
 """Axes of a grid: ``{"array.n_tx": [16, 32]}``, or texts ``"array.n_tx=16,32"``."""
 
 
