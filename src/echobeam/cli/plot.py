@@ -85,7 +85,7 @@ def command(
     from echobeam.store.result import open_any
     from echobeam.store.writing import check_writable
 
-    target = out or result.with_suffix(".png")
+    target = out or result.parent / f"{result.stem}.png"
     suffix = file_format(target.suffix or ".png")
     choice = Choice(schemes, trial, read_slots(slots), x, quantity, title)
     with open_any(result) as dataset:
