@@ -114,7 +114,7 @@ def typo(tracks):
         (lambda t: replace(t, status=t.status + 9), "status is none of 0, 1, 2, 3"),
         (lambda t: replace(t, mean=t.mean * np.nan), "the mean of a known track is not finite"),
         (lambda t: replace(t, cov=-t.cov), "a variance of a known track is negative"),
-        (typo, r"raised AttributeError in predict of slot 1 \(.*test_schemes_answers.py"),
+        (typo, r"answers.py, line \d+, in typo: AttributeError: .*, predict of slot 1"),
     ],
 )
 def test_tracks(change, said):

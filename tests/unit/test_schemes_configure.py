@@ -233,7 +233,9 @@ def test_a_field_of_a_users_own_goes_before_a_key_of_the_scenario(tmp_path):
     assert found.system.coverage.width == SCENARIO.coverage.width
     function = found.scheme.beamer.function
     assert (function.width, function.late) == (2.0, 0.25)
-    with pytest.raises(SchemeError, match="late: raised RuntimeError: late above 1"):
+    with pytest.raises(
+        SchemeError, match=r"late: .*own.py, line 9, in __post_init__: RuntimeError: late above 1"
+    ):
         configure(SCENARIO, f"{path}:Own:late=2")
 
 

@@ -163,3 +163,86 @@ def test_a_failure_survives_the_way_from_another_process():
 def test_the_traceback_of_what_is_not_the_users_is_whole():
     error = caught(find_scheme, None)
     assert "registry.py" in users_traceback(error)
+
+
+class UnprintableError(Exception):
+    def __str__(self):
+        raise ValueError("no text")
+
+
+def unprintable(prior, view):
+    raise UnprintableError
+
+
+def stopping(prior, view):
+    raise StopIteration
+
+
+def closing(prior, view):
+    raise GeneratorExit
+
+
+def piping(prior, view):
+    raise BrokenPipeError
+
+
+def endless(prior, view):
+    return endless(prior, view)
+
+
+def writing(prior, view):
+    prior.mean[...] = 0.0
+
+
+def nested(prior, view):
+    return eb.BeamProblem([1.0], [1.0], [0.1], -3.0, 0.0, 1.0, 1.0, 4)
+
+
+def one_argument(prior):
+    return 0.0
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        (unprintable, "in unprintable: UnprintableError: without a text"),
+        (stopping, "in stopping: StopIteration"),
+        (closing, "in closing: GeneratorExit"),
+        (piping, "in piping: BrokenPipeError"),
+        (endless, "in endless: RecursionError: "),
+        (writing, "in writing: ValueError: assignment destination is read-only"),
+        (nested, "in nested: ProblemError: ripple must not be negative"),
+        (one_argument, "TypeError: one_argument.* takes 1 positional argument but 2 were given"),
+    ],
+)
+def test_whatever_is_raised_names_scheme_slot_and_trial(function, words):
+    with pytest.raises(SchemeRunError, match=rf"{words}.*\(scheme '\w+', transmit of slot 2, tr"):
+        eb.simulate(small_scenario(2), [function], trials=1)
+
+
+class Whole:
+    omniscient = False
+
+    def __init__(self, name):
+        self.name = name
+
+    def start(self, view):
+        return None
+
+    predict = transmit = update = start
+
+
+@pytest.mark.parametrize("name", [None, "", 3])
+def test_a_scheme_needs_a_name(name):
+    with pytest.raises(SchemeError, match=r"its name is .*; expected a text"):
+        eb.simulate(small_scenario(2), [Whole(name)], trials=1)
+
+
+def test_a_scheme_whose_name_raises_is_one_message():
+    class Nameless(Whole):
+        name = property(lambda self: 1 / 0, lambda self, name: None)
+
+    with pytest.raises(
+        SchemeError, match=r"ZeroDivisionError: .*while making a scheme of Nameless"
+    ):
+        eb.simulate(small_scenario(2), [Nameless("x")], trials=1)

@@ -104,23 +104,29 @@ def as_scheme(candidate: object, name: str | None = None) -> Scheme:
     SchemeError
         If it is none of these.
     """
+    label = getattr(candidate, "__name__", None) or type(candidate).__name__
+    try:
+        return _made(candidate, name)
+    except (KeyboardInterrupt, SchemeError):
+        raise
+    except BaseException as error:  # a user's class may raise anything
+        raise SchemeError(
+            f"{failure(error)} (while making a scheme of {label})", users_traceback(error)
+        ) from error
+
+
+def _made(candidate: object, name: str | None) -> Scheme:
+    """Return a whole scheme, see `as_scheme`; what its own code raises goes on as it is."""
     marked = getattr(candidate, MARK, None)
     if isinstance(candidate, type):
-        label = candidate.__name__
-        try:
-            candidate = candidate()
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
-            raise SchemeError(
-                f"{failure(error)} (while making {label} without arguments)",
-                users_traceback(error),
-            ) from error
+        candidate = candidate()
     if isinstance(candidate, Scheme):
+        if not isinstance(candidate.name, str) or not candidate.name:
+            raise SchemeError(f"{candidate!r}: its name is {candidate.name!r}; expected a text")
         return candidate
     if callable(candidate):
         own = getattr(candidate, "name", None) or marked or name
-        label = str(own or getattr(candidate, "__name__", ""))
+        label = str(own or getattr(candidate, "__name__", type(candidate).__name__))
         return SchemeOfParts(
             label, ClockedFrame(), ExtendedKalman(), FunctionBeamer(label, candidate)
         )

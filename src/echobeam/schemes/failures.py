@@ -21,7 +21,11 @@ _LOADERS = ("importlib_metadata",)
 
 def failure(error: BaseException) -> str:
     """Return an error in one line: ``file, line N, in function: Type: message``."""
-    place, text = _place(error), str(error)
+    place = _place(error)
+    try:
+        text = str(error)
+    except Exception:  # a user's exception may have any method
+        text = "without a text that could be printed"
     if isinstance(error, SyntaxError) and error.msg:
         text = error.msg  # its text repeats file and line
     said = f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -13,6 +13,7 @@ from typing import Any, TypeVar, get_type_hints
 from echobeam.faults import InputError
 from echobeam.scenario.tables import CoverageTable, FilterTable
 from echobeam.schemes.base import SchemeError
+from echobeam.schemes.failures import failure, users_traceback
 from echobeam.schemes.parts import SchemeOfParts
 
 PARTS = ("frame", "tracker", "beamer")
@@ -101,7 +102,7 @@ def _replaced(thing: T, name: str, value: object, label: str) -> T:
     except (InputError, ValueError, TypeError) as error:
         raise SchemeError(f"{label}: {error}") from None
     except Exception as error:  # a user's class may raise anything
-        raise SchemeError(f"{label}: {name}: raised {type(error).__name__}: {error}") from error
+        raise SchemeError(f"{label}: {name}: {failure(error)}", users_traceback(error)) from error
 
 
 def _read(thing: object, name: str, value: object, label: str) -> object:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from time import perf_counter
+from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -184,49 +184,65 @@ def _true_tracks(world: World, roster: IntArray) -> Tracks:
 
 
 def _ask(configured: ConfiguredScheme, call: str, world: World, *arguments: object) -> Any:
-    """Call a scheme, see `_answering`."""
-    with _answering(configured, call, world):
+    """Call a scheme, see `_Answering`."""
+    with _Answering(configured, call, world):
         return getattr(configured.scheme, call)(*arguments)
 
 
-@contextmanager
-def _answering(configured: ConfiguredScheme, call: str, world: World) -> Iterator[None]:
-    """Run a scheme's code, or examine its answer: a fault becomes one message.
+@dataclass(frozen=True, slots=True)
+class _Answering:
+    """Context in which a scheme's code runs, or its answer is examined: a fault is one message.
 
-    Raises
-    ------
-    SchemeRunError
-        With file and line of what the scheme's code raised; a fault of our own goes on as it is.
+    No generator: in one, Python has a meaning of its own for what a scheme may raise.
     """
-    try:
-        yield
-    except (KeyboardInterrupt, GeneratorExit, SchemeRunError):
-        raise
-    except SchemeError as error:
-        raise SchemeRunError(str(error), error.details) from error
-    except BaseException as error:  # a user's scheme or part may raise anything
-        if not (is_users(error) or _is_built_outside(configured.scheme)):
-            raise  # a fault of our own
-        first, last = world.trials[0], world.trials[-1]
-        trials = f"trial {first}" if first == last else f"trials {first} to {last}"
-        raise SchemeRunError(
-            f"{failure(error)} (scheme {configured.name!r}, {call} of slot {world.slot + 1}, "
-            f"{trials})",
-            users_traceback(error),
-        ) from error
+
+    configured: ConfiguredScheme
+    call: str
+    world: World
+
+    def __enter__(self) -> None:
+        """Let the scheme answer."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Raise what went wrong as one message.
+
+        Raises
+        ------
+        SchemeRunError
+            With file and line of what the scheme's code raised; a fault of our own goes on as it
+            is, and so does an interruption.
+        """
+        if error is None or isinstance(error, (KeyboardInterrupt, SchemeRunError)):
+            return
+        if isinstance(error, SchemeError):
+            raise SchemeRunError(str(error), error.details) from error
+        if is_users(error) or _is_built_outside(self.configured.scheme):
+            first, last = self.world.trials[0], self.world.trials[-1]
+            trials = f"trial {first}" if first == last else f"trials {first} to {last}"
+            raise SchemeRunError(
+                f"{failure(error)} (scheme {self.configured.name!r}, {self.call} of slot "
+                f"{self.world.slot + 1}, {trials})",
+                users_traceback(error),
+            ) from error
 
 
 def _is_built_outside(scheme: object) -> bool:
     """Whether a scheme or one of its parts is not ours: what it answers may make our code fail."""
     parts = [getattr(scheme, part, None) for part in ("frame", "tracker", "beamer")]
-    modules = [type(one).__module__ for one in (scheme, *parts) if one is not None]
+    function = getattr(parts[-1], "function", None)
+    modules = [str(one.__module__) for one in (scheme, *parts, function) if one is not None]
     return any(module.partition(".")[0] != "echobeam" for module in modules)
 
 
 def _tracks(configured: ConfiguredScheme, belief: object, call: str, world: World) -> Tracks:
     """Return the tracks of a belief, examined and protected from being written to."""
     label = f"scheme {configured.name!r}, tracks from {call} of slot {world.slot + 1}"
-    with _answering(configured, call, world):
+    with _Answering(configured, call, world):
         tracks = reported(belief, f"scheme {configured.name!r}", call)
         check_tracks(label, tracks, len(world.trials))
     freeze(tracks.mean, tracks.cov, tracks.status)
@@ -240,7 +256,7 @@ def _decide(
     begun = perf_counter()
     decision: Decision = _ask(configured, "transmit", world, prior, view)
     seconds = (perf_counter() - begun) / view.n_trials
-    with _answering(configured, "transmit", world):
+    with _Answering(configured, "transmit", world):
         examine_decision(configured.name, decision, predicted, view)
     freeze(decision.sent.beams)
     timed = bool((decision.mode == Mode.DIRECTIONAL).any()) and not first_decision(configured.name)
