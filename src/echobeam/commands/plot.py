@@ -17,7 +17,8 @@ from echobeam.store.writing import check_writable
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
+
+    from echobeam.plots.drawing import Picture
 
 
 def plot(
@@ -33,7 +34,7 @@ def plot(
     captions: bool = True,
     out: str | PathLike[str] | None = None,
     scheme: str | Sequence[str] | None = None,
-) -> Figure:
+) -> Picture:
     """Draw a result of a run or of a sweep: `echobeam plot`, one picture.
 
     Parameters

@@ -89,7 +89,7 @@ def styled() -> Iterator[None]:
 
 
 @styled()
-def draw(data: FigureData, *, captions: bool = True) -> Figure:
+def draw(data: FigureData, *, captions: bool = True) -> Picture:
     """Draw a figure.
 
     Parameters
