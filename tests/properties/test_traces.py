@@ -4,6 +4,7 @@ import csv
 import gzip
 import io
 import math
+import re
 import tempfile
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -99,6 +100,68 @@ def test_damaged_bytes_give_motion_or_a_clear_message_and_nothing_else(write, pa
     else:
         assert np.isfinite(motion.position[motion.present]).all()
         assert np.isfinite(motion.velocity[motion.present]).all()
+
+
+@st.composite
+def smooth_drives(draw):
+    """Speed over time as a few waves around a mean, that never stops: speed and position."""
+    mean = draw(st.floats(8.0, 30.0))
+    waves = [
+        (share * 0.4 * mean, 2 * math.pi / period, phase)
+        for share, period, phase in draw(
+            st.lists(
+                st.tuples(st.floats(0, 0.5), st.floats(15.0, 60.0), st.floats(0, 6.0)), max_size=2
+            )
+        )
+    ]
+
+    def speed(t):
+        return mean + sum(size * np.cos(rate * t + phase) for size, rate, phase in waves)
+
+    def position(t):
+        return mean * t + sum(
+            size / rate * (np.sin(rate * t + phase) - math.sin(phase))
+            for size, rate, phase in waves
+        )
+
+    return speed, position
+
+
+@settings(max_examples=60)
+@given(
+    smooth_drives(),
+    st.sampled_from([0.025, 0.04, 0.1, 0.25, 0.5, 1.0]),
+    st.sampled_from(["at", "before", "after", "none"]),
+    st.sampled_from([2, 3]),
+    st.sampled_from([as_csv, as_fcd]),
+)
+def test_smooth_motion_as_simulators_write_it_is_read_back_within_a_per_cent(
+    drive, step, speeds, digits, write
+):
+    speed, position = drive
+    t = step * np.arange(round(20 / step) + 1)
+    x = position(t)
+    mean = np.diff(position(np.append(t, t[-1] + step))) / step  # over the step after each time
+    given_speed = {"at": speed(t), "after": mean, "before": np.append(speed(0.0), mean[:-1])}
+    rows = [
+        (round(a + 1e-9, digits), "a", round(b, 2), 0.0, round(c, 2))
+        for a, b, c in zip(t, x, given_speed.get(speeds, speed(t)), strict=True)
+    ]
+    text = write(rows)
+    if speeds == "none":
+        text = re.sub(r",[^,\n]*(?=\n)", ",", text.replace("speed\n", "speed\n", 1))
+        text = text.replace("t,id,x,y,\n", "t,id,x,y,speed\n", 1)
+        text = re.sub(r' speed="[^"]*"', "", text)
+    clock = np.arange(2.0, 18.0, 0.05)
+    motion = with_file(
+        text.encode(),
+        lambda path: load_motion(
+            path, clock, uav_x=0.0, max_objects=1, range_m=1e5, start=2.0, origin=0.0
+        ),
+    )
+    assert motion.present.all()
+    np.testing.assert_allclose(motion.velocity[:, 0], speed(clock), rtol=0.01)
+    np.testing.assert_allclose(motion.position[:, 0], position(clock), atol=0.2)
 
 
 @st.composite

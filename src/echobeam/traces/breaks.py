@@ -59,11 +59,6 @@ class Step(NamedTuple):
     duration: float
     impossible: bool
 
-    @property
-    def speed(self) -> float:
-        """Size of the velocity, m/s."""
-        return math.hypot(self.vx, self.vy)
-
     def away(self, other: Step) -> float:
         """Return how far from here the velocity of a neighbour would have led, m."""
         return math.hypot(self.vx - other.vx, self.vy - other.vy) * self.duration
