@@ -12,4 +12,4 @@ class RunError(RuntimeError):
 
 
 class InputWarning(UserWarning):
-    """What was given is used in part, or otherwise than it is written; the message says how."""
+    """Input that is used in part only, or reinterpreted; the message says how."""

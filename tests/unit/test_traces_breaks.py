@@ -79,6 +79,14 @@ def test_a_sample_at_an_absurd_place_is_left_out(tmp_path, k, place):
     assert found.notes
 
 
+def test_absurd_places_do_not_move_the_origin(tmp_path):
+    rows = drive("a", 20.0)
+    rows[7] = Row(rows[7].t, "a", "1e7", "0", "20")
+    found = read(tmp_path, as_csv(rows))
+    # From -100 m to 100 m: the origin is in the middle.
+    assert found.motion.position[0, 0] == pytest.approx(-100.0)
+
+
 @pytest.mark.parametrize("far", [-9999.0, 1e6])
 def test_absurd_places_beside_the_road_do_not_turn_it(tmp_path, far):
     rows = drive("a", 20.0)

@@ -1,4 +1,4 @@
-"""The speeds that a trace gives, compared with what its positions do.
+"""Given speeds compared with the motion of the positions.
 
 Three questions are answered for a trace:
 
@@ -47,7 +47,7 @@ _NOTHING = (0.0, 0.0, 0.0, 0.0)
 
 
 class Verdict(Enum):
-    """What the speeds of one vehicle are worth."""
+    """Agreement of the speeds of one vehicle with its positions."""
 
     TRUE = auto()
     """They agree with its positions, or there are none."""
@@ -177,7 +177,7 @@ class SpeedTally:
         return self._way() / self.moved if self.moved > 0 else math.inf
 
     def verdict(self) -> Verdict:
-        """Return what the speeds are worth, when all vehicles have been seen."""
+        """Return the verdict, when all vehicles have been seen."""
         if not self.known:
             return Verdict.TRUE
         if self.constant and self.high <= 0:
