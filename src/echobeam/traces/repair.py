@@ -77,6 +77,8 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
     survey
         What holds for the trace as a whole.
     """
+    if samples.time.size == 0:
+        return Repaired(samples, ())
     if survey.step is not None:
         time = evened(samples.time, links(samples), survey.step)
         samples = replace(samples, time=time)
