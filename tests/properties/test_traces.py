@@ -108,10 +108,10 @@ def smooth_drives(draw):
     """Speed over time as a few waves around a mean, that never stops: speed and position."""
     mean = draw(st.floats(8.0, 30.0))
     waves = [
-        (share * 0.4 * mean, 2 * math.pi / period, phase)
+        (share * 0.3 * mean, 2 * math.pi / period, phase)
         for share, period, phase in draw(
             st.lists(
-                st.tuples(st.floats(0, 0.5), st.floats(15.0, 60.0), st.floats(0, 6.0)), max_size=2
+                st.tuples(st.floats(0, 0.5), st.floats(20.0, 60.0), st.floats(0, 6.0)), max_size=2
             )
         )
     ]

@@ -138,10 +138,11 @@ def test_noisy_positions_are_no_jumps(tmp_path):
     assert found.times("a").size == 1001
 
 
-def test_a_change_of_two_lanes_in_a_step_is_motion(tmp_path):
-    rows = drive("a", 10.0)
+@pytest.mark.parametrize("step", [0.025, 0.1, 0.5, 1.0])
+def test_a_change_of_two_lanes_in_a_step_is_motion(tmp_path, step):
+    rows = drive("a", 10.0, step=step, n=round(12 / step))
     rows[8:] = with_columns(rows[8:], y=lambda y: y + 4.8)
     along = road_between((0.0, 0.0), (1.0, 0.0))
-    found = read(tmp_path, as_csv([*OTHER, *rows]), road=along)
+    found = read(tmp_path, as_csv([*OTHER, *rows]), road=along, slot=0.5)
     assert found.notes == []
     np.testing.assert_allclose(found.velocity("a"), 10.0, rtol=1e-9)

@@ -77,7 +77,7 @@ class Step(NamedTuple):
 def _step(one: Sample, other: Sample) -> Step:
     duration = other.time - one.time
     dx, dy = other.x - one.x, other.y - one.y
-    impossible = math.hypot(dx, dy) > FASTEST * (duration + _SHORTEST)
+    impossible = math.hypot(dx, dy) > FASTEST * (duration + _SHORTEST) + SLACK
     return Step(dx / duration, dy / duration, duration, impossible)
 
 

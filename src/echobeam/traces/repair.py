@@ -16,7 +16,7 @@ import numpy as np
 from echobeam.traces.breaks import HARDEST, SLACK
 from echobeam.traces.clock import evened
 from echobeam.traces.collect import RoadSamples
-from echobeam.traces.motion import links
+from echobeam.traces.motion import links, road_share
 from echobeam.traces.survey import Survey
 from echobeam.values import Array, BoolArray, IntArray
 
@@ -202,12 +202,14 @@ def _thinned(samples: RoadSamples, width: float) -> RoadSamples:
     knot &= samples.time - samples.time[first][run] >= width
     knot &= samples.time[last][run] - samples.time >= width
     knot[first] = knot[last] = True
+    # Along the road from here on: a change of lane in one step would be one in a longer step now.
+    speed = samples.speed * road_share(samples, linked)
     return RoadSamples(
         samples.names,
         samples.vehicle[knot],
         samples.visit[knot],
         samples.time[knot],
         samples.along[knot],
-        samples.across[knot],
-        samples.speed[knot],
+        np.zeros(np.count_nonzero(knot)),
+        speed[knot],
     )
