@@ -94,7 +94,11 @@ def load_motion(
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
     sightings = sight(repaired.samples, clock)
     sightings = replace(sightings, position=sightings.position - zero)
-    return serve(sightings, samples.names, ground, max_objects, range_m, survey.dropped)
+    motion = serve(sightings, samples.names, ground, max_objects, range_m, survey.dropped)
+    if max_objects and not motion.present.any():
+        note = f"no vehicle comes within {range_m:g} m of the UAV in these slots: nobody is served"
+        warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
+    return motion
 
 
 def _middle(file: Path, survey: Survey) -> float:
