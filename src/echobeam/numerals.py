@@ -1,8 +1,10 @@
-"""Python's numbers from numbers of any kind: NumPy's scalars, arrays without axes."""
+"""Numbers of any kind as Python's, and as JSON's: NumPy's scalars, arrays, NaN."""
 
 from __future__ import annotations
 
+import math
 import operator
+from collections.abc import Mapping
 from typing import Any
 
 
@@ -20,3 +22,14 @@ def whole(value: Any) -> int | None:
         return operator.index(value)
     except TypeError:
         return None
+
+
+def as_json(value: Any) -> Any:
+    """Return a value as strict JSON knows it: arrays as lists, what is no finite number as null."""
+    if isinstance(value, Mapping):
+        return {key: as_json(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return as_json(value.tolist())
+    if isinstance(value, list | tuple):
+        return [as_json(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

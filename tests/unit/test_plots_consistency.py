@@ -7,8 +7,9 @@ import pytest
 from scipy import stats
 
 import echobeam as eb
+from echobeam.estimation.intervals import ratio_of_means
 from echobeam.plots import PlotError
-from echobeam.simulation.summary import ratio_of_means, summarise
+from echobeam.simulation.summary import summarise
 
 from .plot_dataset import build_result
 from .plot_figures import figure_of, series_of

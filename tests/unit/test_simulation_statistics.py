@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import echobeam as eb
+from echobeam.estimation.intervals import quotient
 from echobeam.simulation.statistics import (
     NEEDED,
     TRIAL,
@@ -15,7 +16,6 @@ from echobeam.simulation.statistics import (
     join,
     of_scheme,
     per_trial,
-    quotient,
     rmse,
     statistics_of,
     sum_rate,

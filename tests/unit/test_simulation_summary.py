@@ -4,8 +4,9 @@ from scipy import stats
 
 import echobeam as eb
 from echobeam.estimation.bound import posterior_bound
+from echobeam.estimation.intervals import mean_interval, ratio_of_means
 from echobeam.simulation.bound import BOUND_NEEDS, bound_of, bound_terms, with_bound
-from echobeam.simulation.summary import improvement, mean_interval, ratio_of_means, summarise
+from echobeam.simulation.summary import improvement, summarise
 from echobeam.tracking.evolution import evolution_jacobian
 from echobeam.tracking.measurement import measurement_jacobian
 

@@ -55,7 +55,7 @@ def command(scenario: str, overrides: tuple[str, ...], trace: str | None, as_jso
 
 def _json(description: Description) -> str:
     """Return the numbers as strict JSON: what is not a number is null."""
-    from echobeam.cli.report import plain
+    from echobeam.numerals import as_json
 
     document: dict[str, Any] = {
         "scenario": description.scenario.name,
@@ -64,7 +64,7 @@ def _json(description: Description) -> str:
         "objects": [dataclasses.asdict(one) for one in description.objects],
         "assumptions": [dataclasses.asdict(one) for one in description.assumptions],
     }
-    return json.dumps(plain(document), indent=1, allow_nan=False)
+    return json.dumps(as_json(document), indent=1, allow_nan=False)
 
 
 def _text(description: Description) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from echobeam.cli.columns import aligned
+from echobeam.numerals import as_json
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.decisions import Decisions
 from echobeam.simulation.link_budget import far_field
@@ -54,7 +55,7 @@ def json_report(
         else {key: getattr(headline, key) for key in type(headline).__slots__},
         "decision_seconds": None if decisions is None else seconds(decisions),
     }
-    return json.dumps(plain(document), indent=1, allow_nan=False)
+    return json.dumps(as_json(document), indent=1, allow_nan=False)
 
 
 def seconds(decisions: Decisions) -> dict[str, dict[str, float]]:
@@ -84,19 +85,6 @@ def measured(mean: float, interval: tuple[float, float]) -> str:
     digits = max(0, digits + power)
     scaled = f"{mean * 10.0**-power:.{digits}f} ± {half * 10.0**-power:.{digits}f}"
     return scaled if power == 0 else f"({scaled})e{power:+03d}"
-
-
-def plain(value: object) -> object:
-    """Return a value as JSON knows it."""
-    if isinstance(value, Mapping):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def text_report(

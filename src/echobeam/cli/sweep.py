@@ -120,7 +120,8 @@ def _json(dataset: xr.Dataset, name: str, path: Path, grid: Grid, done: Done) ->
     """Return every figure of every point as strict JSON: what is not a number is null."""
     import numpy as np
 
-    from echobeam.cli.report import plain, seconds
+    from echobeam.cli.report import seconds
+    from echobeam.numerals import as_json
 
     points = [_point(at, path) for at in _along(dataset, grid)]
     taken = [seconds(one) for one in done.decisions] if done.decisions else [None] * len(points)
@@ -134,7 +135,7 @@ def _json(dataset: xr.Dataset, name: str, path: Path, grid: Grid, done: Done) ->
             {**point, "decision_seconds": one} for point, one in zip(points, taken, strict=True)
         ],
     }
-    return json.dumps(plain(document), indent=1, allow_nan=False)
+    return json.dumps(as_json(document), indent=1, allow_nan=False)
 
 
 def _along(dataset: xr.Dataset, grid: Grid) -> Iterator[tuple[dict[str, object], xr.Dataset]]:

@@ -70,6 +70,6 @@ def figures(
             f"no such picture of {what}: {', '.join(unknown)}; there are {', '.join(known)}"
         )
     if of_sweep:
-        return {SWEEP: sweep(result, chosen).retitled(chosen.title)}
+        return {SWEEP: sweep(result, chosen)}
     source = Source(result, chosen)
     return {kind: KINDS[kind](source) for kind in kinds or known}

@@ -7,12 +7,13 @@ from collections.abc import Callable
 import numpy as np
 
 from echobeam.estimation.consistency import chi_square_band, share_band
+from echobeam.estimation.intervals import quotient, ratio_of_means
 from echobeam.plots.looks import AREA, BAND, DOTTED, Look
 from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series, grid, interval_series
 from echobeam.plots.source import Source, empty_figure
 from echobeam.schemes.configure import system_for
-from echobeam.simulation.statistics import NEEDED, quotient
-from echobeam.simulation.summary import GENIE, pooled_bound, ratio_of_means
+from echobeam.simulation.statistics import NEEDED
+from echobeam.simulation.summary import GENIE, pooled_bound
 from echobeam.values import Array
 
 _EXPECTED = Look("0.25", "", "-")

@@ -17,7 +17,7 @@ PAGE = 7.16
 """Width of both columns, inches."""
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
-YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
+BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 
 SHADE, BAND, FAINT = "0.91", "0.78", "0.45"
 """Greys of shaded slots, of a band of expected values, and of references."""

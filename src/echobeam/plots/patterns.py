@@ -55,8 +55,8 @@ def patterns(source: Source) -> FigureData:
     objects = [int(k) for k in np.flatnonzero(seen)]
     shown = objects[:MAX_OBJECTS]
     scenario = source.scenario
-    array = LinearArray(scenario.array.n_tx, scenario.array.spacing, scenario.array.axis)
-    power = scenario.radio.power
+    system = system_for(scenario, source.one_scheme())
+    array, power = system.transmitter, scenario.radio.power
     top = 10.0 * math.log10(max(power * array.n, 1e-300)) + 3.0
     axis = Axis("Angle θ", "deg", limits=(0.0, 180.0), ticks=tuple(range(0, 181, 30)))
     gain = Axis(r"$|\mathbf{a}^H(\theta)\,\mathbf{w}_k|^2$", "dB", limits=(top - _RANGE_DB, top))
@@ -71,9 +71,8 @@ def patterns(source: Source) -> FigureData:
         panels.append(Panel(axis, gain, tuple(series), label, guides, empty="no beams"))
     key = [(f"beam for object {k + 1}", object_look(k).plain()) for k in shown]
     key += [("true angle", Look("0.3")), ("predicted angle", Look("0.3", "", SHORT))]
-    width = system_for(scenario, source.one_scheme()).coverage.width
     if np.isfinite(run.covered[chosen]).any():
-        key.append((rf"covered, ±{width:g}$\sigma_\theta$", Look("0.75", AREA)))
+        key.append((rf"covered, ±{system.coverage.width:g}$\sigma_\theta$", Look("0.75", AREA)))
     hidden = len(objects) - len(shown)
     layout = grid(len(chosen), min(_COLUMNS, len(chosen)))
     return FigureData(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.estimation.intervals import mean_interval
 from echobeam.plots.record import Axis, FigureData, Note, Panel, Series, interval_series
 from echobeam.plots.source import Source, empty_figure
-from echobeam.simulation.summary import improvement, mean_interval
+from echobeam.simulation.summary import improvement
 
 GAIN_OF, GAIN_OVER = "temporal", "pilot"
 """The comparison that the paper puts into numbers."""

@@ -6,13 +6,14 @@ import csv
 import io
 import json
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.numerals import as_json
 from echobeam.plots.looks import REFERENCE, Look
 from echobeam.values import Array
 
@@ -194,10 +195,6 @@ class FigureData:
     band: str = ""
     key: tuple[tuple[str, Look], ...] = ()
 
-    def retitled(self, title: str | None) -> FigureData:
-        """Return the figure under another title, or as it is if there is none."""
-        return self if title is None else replace(self, title=title)
-
     def csv(self) -> str:
         """Return all numbers as a tidy table, one row per value; a missing number is empty."""
         out = io.StringIO()
@@ -208,16 +205,8 @@ class FigureData:
         return out.getvalue()
 
     def json(self) -> str:
-        """Return the figure as a JSON document; a missing number is null."""
-        document = {
-            "id": self.id,
-            "title": self.title,
-            "setting": self.setting,
-            "caption": self.caption,
-            "interval": self.band,
-            "panels": [_panel_document(panel) for panel in self.panels],
-        }
-        return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+        """Return the whole record as a JSON document; a missing number is null."""
+        return json.dumps(as_json(asdict(self)), indent=1, allow_nan=False) + "\n"
 
     def _rows(self) -> Iterator[tuple[str, ...]]:
         for number, panel in enumerate(self.panels):
@@ -227,24 +216,17 @@ class FigureData:
                 for x, y, (low, high) in zip(one.x, one.y, ends, strict=True):
                     numbers = (str(panel.x), _cell(x), str(panel.y), _cell(y))
                     yield (heading, one.name, *numbers, _cell(low), _cell(high))
-            for guide in panel.guides:
+            for guide in filter(lambda one: one.name, panel.guides):
                 for at in (guide.at,) if guide.to is None else (guide.at, guide.to):
-                    places = (_cell(at), "") if guide.axis == "x" else ("", _cell(at))
-                    if guide.name:
-                        named = (str(panel.x), places[0], str(panel.y), places[1])
-                        yield (heading, guide.name, *named, "", "")
+                    x, y = (_cell(at), "") if guide.axis == "x" else ("", _cell(at))
+                    yield (heading, guide.name, str(panel.x), x, str(panel.y), y, "", "")
 
 
 def interval_series(
-    name: str,
-    x: npt.ArrayLike,
-    found: tuple[Array, Array],
-    look: Look | None = None,
-    scale: float = 1.0,
+    name: str, x: npt.ArrayLike, found: tuple[Array, Array], look: Look | None = None
 ) -> Series:
-    """Return a curve from values ``(n,)`` and their intervals ``(n, 2)``, both times ``scale``."""
-    value, band = found
-    return Series(name, np.asarray(x), scale * value, scale * band, look)
+    """Return a curve from values ``(n,)`` and their intervals ``(n, 2)``."""
+    return Series(name, np.asarray(x), *found, look)
 
 
 def quantile_series(
@@ -263,40 +245,5 @@ def grid(count: int, columns: int) -> Layout:
 
 
 def _cell(value: object) -> str:
-    if isinstance(value, str):
-        return value
     number = float(value)  # type: ignore[arg-type]
     return f"{number:.9g}" if math.isfinite(number) else ""
-
-
-def _number(value: object) -> object:
-    if isinstance(value, str):
-        return value
-    number = float(value)  # type: ignore[arg-type]
-    return number if math.isfinite(number) else None
-
-
-def _numbers(values: Sequence[object] | npt.NDArray[np.generic]) -> list[object]:
-    return [_number(value) for value in values]
-
-
-def _panel_document(panel: Panel) -> dict[str, object]:
-    return {
-        "title": panel.title,
-        "x": {"name": panel.x.name, "unit": panel.x.unit},
-        "y": {"name": panel.y.name, "unit": panel.y.unit},
-        "series": [
-            {"name": one.name, "x": _numbers(one.x), "y": _numbers(one.y)}
-            | ({} if one.band is None else {
-                "low": _numbers(one.band[:, 0]), "high": _numbers(one.band[:, 1])
-            })
-            for one in panel.series
-        ],
-        "references": [
-            {"name": guide.name, "axis": guide.axis, "at": _number(guide.at)}
-            | ({} if guide.to is None else {"to": _number(guide.to)})
-            for guide in panel.guides
-            if guide.name
-        ],
-        "notes": [note.text for note in panel.notes],
-    }  # fmt: skip

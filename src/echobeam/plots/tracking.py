@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.estimation.intervals import quotient
 from echobeam.plots.looks import DOTTED, FAINT, Look
 from echobeam.plots.record import Axis, FigureData, Panel, Series
 from echobeam.plots.source import Source, empty_figure
-from echobeam.simulation.statistics import quotient
 from echobeam.simulation.summary import pooled_bound
 from echobeam.values import Array
 

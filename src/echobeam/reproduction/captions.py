@@ -1,9 +1,11 @@
-"""Captions that the paper's figures share: the setting in words."""
+"""Captions and axes that the paper's figures share: the setting in words, the slots of a frame."""
 
 from __future__ import annotations
 
 import math
 
+from echobeam.plots.looks import SHADE, Look
+from echobeam.plots.record import Axis, Guide
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import ObjectTable
 
@@ -28,3 +30,14 @@ def setting(scenario: Scenario, *, height: bool = True, antennas: bool = True) -
     """Return the UAV's setting and that of all objects."""
     objects = "; ".join(initial(one) for one in scenario.objects)
     return f"{flight(scenario, height=height, antennas=antennas)}; {objects}"
+
+
+def slot_axis(slots: int) -> Axis:
+    """Return the axis of a frame's slots."""
+    ticks = tuple(range(1, slots + 1)) if slots <= 12 else ()
+    return Axis("Slot", "10 ms each", limits=(0.5, slots + 0.5), ticks=ticks)
+
+
+def omni_slots(name: str = "omni slot", first: tuple[int, ...] = (1,)) -> tuple[Guide, ...]:
+    """Return the shaded slots that begin a frame."""
+    return tuple(Guide("x", slot - 0.5, slot + 0.5, Look(SHADE), name) for slot in first)

@@ -8,6 +8,7 @@ from echobeam.physics.array import LinearArray
 from echobeam.plots.patterns import beam_gain
 from echobeam.plots.record import Axis
 from echobeam.reproduction.results import Outcome
+from echobeam.schemes.configure import system_for
 from echobeam.values import Array, ComplexArray
 
 GRID = np.radians(np.arange(0.0, 180.01, 0.25))
@@ -26,14 +27,13 @@ def beams(outcome: Outcome, slot: int, scheme: str = "temporal") -> ComplexArray
     return sent
 
 
-def _array(outcome: Outcome) -> LinearArray:
-    table = outcome.scenario.array
-    return LinearArray(table.n_tx, table.spacing, table.axis)
+def _sender(outcome: Outcome) -> LinearArray:
+    return system_for(outcome.scenario, "temporal").transmitter
 
 
 def gains(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
     """Return ``(trial, object, angle)``: power that each beam of a slot sends to `GRID`."""
-    return beam_gain(beams(outcome, slot, scheme), GRID, _array(outcome))
+    return beam_gain(beams(outcome, slot, scheme), GRID, _sender(outcome))
 
 
 def powers(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
@@ -44,7 +44,7 @@ def powers(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
 def gain_at_truth(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
     """Return ``(trial, object)``: power sent to each object by its own beam, per beam power."""
     sent = beams(outcome, slot, scheme)
-    a = _array(outcome).steering(outcome.kept["truth"][:, slot - 1, :, 0])
+    a = _sender(outcome).steering(outcome.kept["truth"][:, slot - 1, :, 0])
     hit = np.abs(np.einsum("tkn,tkn->tk", a.conj(), sent)) ** 2
     power = np.sum(np.abs(sent) ** 2, axis=-1)
     return np.asarray(hit / np.where(power > 0, power, 1.0))
@@ -72,6 +72,6 @@ def half_power_angles(gain: Array) -> Array:
 
 def matched_angles(outcome: Outcome, slot: int) -> Array:
     """Return ``(trial, object)`` deg: `half_power_angles` of beams matched to the true angle."""
-    array = _array(outcome)
+    array = _sender(outcome)
     a = array.steering(outcome.kept["truth"][:, slot - 1, :, 0])
     return half_power_angles(beam_gain(a, GRID, array))

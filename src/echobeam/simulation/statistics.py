@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from echobeam.estimation.consistency import nees, nis
 from echobeam.estimation.gaussian import wrap
+from echobeam.estimation.intervals import quotient
 from echobeam.physics.polar import POLAR
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import CoverageTable
@@ -177,13 +178,6 @@ def cover_centre(predicted: Array, estimated: Array, centre: str) -> Array:
     before[..., 1:, :] = estimated[..., :-1, :]
     first, second = (before, predicted) if centre == "previous" else (predicted, before)
     return np.where(np.isfinite(first), first, second)
-
-
-def quotient(total: npt.ArrayLike, count: npt.ArrayLike) -> Array:
-    """Return total over count, NaN where there is nothing to count."""
-    total, count = np.asarray(total, dtype=float), np.asarray(count, dtype=float)
-    ratio: Array = np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
-    return ratio
 
 
 @lru_cache(maxsize=64)

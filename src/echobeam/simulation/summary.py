@@ -12,6 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.estimation.intervals import (
+    mean_interval,
+    quantile_interval,
+    quotient,
+    ratio_of_means,
+    share_interval,
+)
 from echobeam.physics.polar import POLAR
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.bound import TERMS, bound_of
@@ -22,7 +29,6 @@ from echobeam.simulation.statistics import (
     Statistics,
     join,
     of_scheme,
-    quotient,
     rmse,
     statistics_of,
     sum_rate,
@@ -33,7 +39,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHUNK = 256
-CONFIDENCE = 0.95
 REFERENCE_SLOT = 6
 """The slot in which the paper states its improvement over the pilot scheme."""
 
@@ -238,33 +243,6 @@ def improvement(
     return Improvement(scheme, over, slot, ratio, interval)
 
 
-def ratio_of_means(above: Array, below: Array) -> tuple[float, tuple[float, float]]:
-    """Return mean(above) / mean(below) over paired samples and its 95 % interval (delta method)."""
-    if not below.sum() > 0:
-        return np.nan, (np.nan, np.nan)
-    ratio = float(above.mean() / below.mean())
-    deviation = np.std(above - ratio * below, ddof=1) if above.size > 1 else np.nan
-    half = float(_half_width(deviation, above.size) / below.mean())
-    return ratio, (ratio - half, ratio + half)
-
-
-def mean_interval(values: Array) -> tuple[Array, Array]:
-    """Return mean over the first axis and its 95 % interval ``(..., 2)`` (Student's t)."""
-    n = values.shape[0]
-    mean = values.mean(axis=0)
-    deviation = values.std(axis=0, ddof=1) if n > 1 else np.full(mean.shape, np.nan)
-    half = _half_width(deviation, n)
-    return mean, np.stack([mean - half, mean + half], axis=-1)
-
-
-def _half_width(deviation: npt.ArrayLike, n: int) -> Array:
-    from scipy.special import stdtrit
-
-    quantile = float(stdtrit(max(n - 1, 1), 0.5 + CONFIDENCE / 2))
-    half: Array = np.asarray(deviation) * (quantile / np.sqrt(n))
-    return half
-
-
 def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None) -> SchemeSummary:
     sum_rate = part["sum_rate"]
     best = np.zeros(sum_rate.shape) if genie is None else genie
@@ -298,7 +276,7 @@ def _whole_run(
     trials = len(frames)
     return {
         "frame_rate_mean": _pair(*mean_interval(per_trial)),
-        "frame_rate_q05": (float(np.quantile(frames, 0.05)), _quantile_interval(frames, 0.05)),
+        "frame_rate_q05": quantile_interval(frames, 0.05),
         "frame_angle_rmse": _root(_of_trials(part, "squares_angle", "errors")),
         "frame_distance_rmse": _root(_of_trials(part, "squares_distance", "errors")),
         "frame_nees": _of_trials(part, "nees", "nees_count"),
@@ -322,8 +300,7 @@ def _share_of_trials(part: Statistics, total: str, count: str) -> tuple[float, t
     share, (low, high) = _of_trials(part, total, count)
     trials = int(np.sum(part[f"{TRIAL}{count}"] > 0))
     if share in (0.0, 1.0) and trials > 1:
-        rest = 1.0 - (0.5 - CONFIDENCE / 2) ** (1.0 / trials)
-        return share, (0.0, rest) if share == 0.0 else (1.0 - rest, 1.0)
+        return share, share_interval(round(share * trials), trials)
     return share, (low, min(high, 1.0) if np.isfinite(high) else high)
 
 
@@ -335,18 +312,6 @@ def _root(square: tuple[float, tuple[float, float]]) -> tuple[float, tuple[float
 
 def _pair(value: npt.ArrayLike, ends: Array) -> tuple[float, tuple[float, float]]:
     return float(np.asarray(value)), (float(ends[0]), float(ends[1]))
-
-
-def _quantile_interval(frames: Array, share: float) -> tuple[float, float]:
-    """Return the interval of a quantile of ``(trial, frame)`` samples by the ranks around it."""
-    from scipy.special import ndtri
-
-    trials = len(frames)
-    if trials < 2:
-        return np.nan, np.nan
-    reach = float(ndtri(0.5 + CONFIDENCE / 2)) * np.sqrt(share * (1.0 - share) / trials)
-    low, high = np.quantile(frames, np.clip([share - reach, share + reach], 0.0, 1.0))
-    return float(low), float(high)
 
 
 def _chunks(result: xr.Dataset) -> Iterator[dict[str, npt.NDArray[np.generic]]]:

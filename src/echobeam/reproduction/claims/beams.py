@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +13,6 @@ from echobeam.reproduction.records import Claim, Measured
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.rules import all_above
 from echobeam.reproduction.setups import ANTENNAS_FOR_TWO, CALIBRATED, multi
-from echobeam.values import Array
 
 NEAR, FAR = 0, 1
 FIRST, LAST = 2, 10
@@ -51,8 +49,9 @@ def far_wider(results: Results) -> Measured:
 
 def far_less_power(results: Results) -> Measured:
     """Measure by how much of P_T the near object's beam has more power than the far one's."""
-    power = _over_slots(results, powers)
-    share = 100 * (power[:, NEAR] - power[:, FAR]) / _multi(results).scenario.radio.power
+    outcome = _multi(results)
+    power = np.mean([powers(outcome, slot) for slot in SETTLED], axis=0)
+    share = 100 * (power[:, NEAR] - power[:, FAR]) / outcome.scenario.radio.power
     return Measured({"power": mean(share)}, "% of P_T")
 
 
@@ -86,10 +85,6 @@ def array_gain(results: Results) -> Measured:
 
 def _multi(results: Results) -> Outcome:
     return results[multi().name]
-
-
-def _over_slots(results: Results, measure: Callable[[Outcome, int], Array]) -> Array:
-    return np.asarray(np.mean([measure(_multi(results), slot) for slot in SETTLED], axis=0))
 
 
 CLAIMS = (

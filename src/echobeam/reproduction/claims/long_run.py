@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from echobeam.reproduction.estimates import (
-    gain_percent,
-    mean,
-    proportion,
-    ratio,
-    rms,
-    rms_ratio,
-)
+from echobeam.estimation.intervals import rms
+from echobeam.reproduction.estimates import gain_percent, mean, proportion, ratio, rms_ratio
 from echobeam.reproduction.figures.long_run import throughput
-from echobeam.reproduction.records import Claim, Measured
+from echobeam.reproduction.records import Claim, Estimate, Measured
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.rules import all_above, first_above
 from echobeam.reproduction.setups import BRAKING, CALIBRATED, long, manoeuvre
@@ -23,54 +19,43 @@ SETTLED = 2
 """Slots of a frame, omni slot included, before a scheme's first beams count as settled."""
 
 
-def dips(results: Results) -> Measured:
-    """Measure how far the rate falls in each omni slot below the slot before."""
-    outcome = _long(results)
+Measure = Callable[[Outcome, int], Estimate]
+
+
+def _each_omni(measure: Measure, later: int = 0, unit: str = "%") -> Callable[[Results], Measured]:
+    """Measure something around every omni slot but the first, named by a slot so much later."""
+
+    def of_all(results: Results) -> Measured:
+        outcome = results[long().name]
+        per_frame = outcome.scenario.frame.slots_per_frame
+        omni = range(per_frame, outcome.scenario.n_slots, per_frame)
+        return Measured({f"slot {n + 1 + later}": measure(outcome, n) for n in omni}, unit)
+
+    return of_all
+
+
+def dip(outcome: Outcome, n: int) -> Estimate:
+    """Measure how far the rate falls in an omni slot below the slot before."""
     rate = outcome.sum_rate("temporal")
-    return Measured(
-        {
-            f"slot {n + 1}": gain_percent(rate[:, n], rate[:, n - 1]).negated()
-            for n in _omni(outcome)
-        },
-        "%",
-    )
+    return gain_percent(rate[:, n], rate[:, n - 1]).negated()
 
 
-def sensing_dips(results: Results) -> Measured:
-    """Measure how far the angle error rises in each omni slot above the slot before."""
-    outcome = _long(results)
+def sensing_dip(outcome: Outcome, n: int) -> Estimate:
+    """Measure how far the angle error rises in an omni slot above the slot before."""
     error = rms(outcome.error("temporal", "angle"))
-    return Measured(
-        {
-            f"slot {n + 1}": rms_ratio(error[:, n], error[:, n - 1]).scaled(100, -100)
-            for n in _omni(outcome)
-        },
-        "%",
-    )
+    return rms_ratio(error[:, n], error[:, n - 1]).scaled(100, -100)
 
 
-def recovery(results: Results) -> Measured:
-    """Measure the rate right after each omni slot as a share of that right before."""
-    outcome = _long(results)
+def recovery(outcome: Outcome, n: int) -> Estimate:
+    """Measure the rate right after an omni slot as a share of that right before."""
     rate = outcome.sum_rate("temporal")
-    return Measured(
-        {
-            f"slot {n + 2}": gain_percent(rate[:, n + 1], rate[:, n - 1]).scaled(1, 100)
-            for n in _omni(outcome)
-        },
-        "%",
-    )
+    return gain_percent(rate[:, n + 1], rate[:, n - 1]).scaled(1, 100)
 
 
-def near_optimal(results: Results) -> Measured:
-    """Measure the rate right after each omni slot as a share of the genie's."""
-    outcome = _long(results)
-    rate, best = outcome.sum_rate("temporal"), outcome.sum_rate("genie")
-    return Measured(
-        {f"slot {n + 2}": ratio(rate[:, n + 1], best[:, n + 1]).scaled(100) for n in
-         _omni(outcome)},
-        "% of the genie's rate",
-    )  # fmt: skip
+def near_optimal(outcome: Outcome, n: int) -> Estimate:
+    """Measure the rate right after an omni slot as a share of the genie's."""
+    rate, best = (outcome.sum_rate(name)[:, n + 1] for name in ("temporal", "genie"))
+    return ratio(rate, best).scaled(100)
 
 
 def stability(results: Results) -> Measured:
@@ -114,12 +99,6 @@ def _long(results: Results) -> Outcome:
     return results[long().name]
 
 
-def _omni(outcome: Outcome) -> range:
-    """Return the omni slots after the first, counted from 0."""
-    per_frame = outcome.scenario.frame.slots_per_frame
-    return range(per_frame, outcome.scenario.n_slots, per_frame)
-
-
 CLAIMS = (
     Claim(
         "dips-at-omni-slots",
@@ -128,7 +107,7 @@ CLAIMS = (
         "losing the communication efficiency of one time slot",
         "dips",
         "fall of the mean rate in every omni slot below the slot before it",
-        dips,
+        _each_omni(dip),
         all_above(0.0),
     ),
     Claim(
@@ -139,7 +118,7 @@ CLAIMS = (
         "dips",
         "rise of the angle RMSE, both objects, in every omni slot above the slot before it; known "
         "objects are predicted there, not measured",
-        sensing_dips,
+        _each_omni(sensing_dip),
         all_above(0.0),
     ),
     Claim(
@@ -149,7 +128,7 @@ CLAIMS = (
         "quickly",
         "mean rate in the slot after each omni slot as a share of the slot before it; quickly: at "
         "least 90 % at once",
-        recovery,
+        _each_omni(recovery, later=1),
         all_above(90.0),
     ),
     Claim(
@@ -160,7 +139,7 @@ CLAIMS = (
         "near-optimal",
         "mean sum rate in the slot after each omni slot as a share of the genie's, which knows the "
         "angles and serves the nearer object alone; near-optimal: at least 90 %",
-        near_optimal,
+        _each_omni(near_optimal, later=1, unit="% of the genie's rate"),
         all_above(90.0),
     ),
     Claim(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
+from echobeam.estimation.intervals import rms
 from echobeam.physics.geometry import offset
-from echobeam.reproduction.estimates import bootstrap, proportion, rms, rms_ratio
+from echobeam.reproduction.estimates import bootstrap, proportion, rms_ratio
 from echobeam.reproduction.figures.trajectories import errors
 from echobeam.reproduction.records import Claim, Estimate, Measured
 from echobeam.reproduction.results import Results
@@ -35,28 +37,19 @@ def same_start(results: Results) -> Measured:
     return Measured(differences, "deg")
 
 
-def pilot_degrades(results: Results) -> Measured:
+def _of_arrays(measure: Callable[[Results, int], Estimate]) -> Callable[[Results], Measured]:
+    """Measure something with each of the arrays, per cent."""
+    return lambda results: Measured({_antennas(n): measure(results, n) for n in ANTENNAS}, "%")
+
+
+def pilot_degrades(results: Results, n: int) -> Estimate:
     """Measure how the pilot scheme's angle error grows from slot 1 to slot 10."""
-    return Measured(
-        {
-            _antennas(n): _percent(_angle(results, n, "pilot", 10), _angle(results, n, "pilot", 1))
-            for n in ANTENNAS
-        },
-        "%",
-    )
+    return _percent(*(_angle(results, n, "pilot", slot) for slot in (10, 1)))
 
 
-def proposed_better(results: Results) -> Measured:
+def proposed_better(results: Results, n: int) -> Estimate:
     """Measure by how much the proposed scheme's angle error is smaller in slot 10."""
-    return Measured(
-        {
-            _antennas(n): _percent(
-                _angle(results, n, "temporal", 10), _angle(results, n, "pilot", 10)
-            ).negated()
-            for n in ANTENNAS
-        },
-        "%",
-    )
+    return _percent(*(_angle(results, n, name, 10) for name in ("temporal", "pilot"))).negated()
 
 
 def gap_growth(results: Results) -> Measured:
@@ -188,7 +181,7 @@ CLAIMS = (
         "over time, the pilot-based scheme's accuracy diminishes",
         "diminishing",
         "growth of the angle RMSE from slot 1 to slot 10; the pilot's estimate is held",
-        pilot_degrades,
+        _of_arrays(pilot_degrades),
         all_above(0.0),
     ),
     Claim(
@@ -197,7 +190,7 @@ CLAIMS = (
         "the proposed scheme maintains accuracy and outperforms the pilot-based scheme",
         "better",
         "how much smaller the angle RMSE is in slot 10",
-        proposed_better,
+        _of_arrays(proposed_better),
         all_above(0.0),
     ),
     Claim(

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.estimation.intervals import rms_interval
 from echobeam.plots.looks import SCHEME_LOOKS, Look
 from echobeam.plots.record import Axis, FigureData, Panel, Series, interval_series, quantile_series
 from echobeam.reproduction.captions import ANTENNAS as WORDS
-from echobeam.reproduction.captions import setting
-from echobeam.reproduction.estimates import rms_with_band
-from echobeam.reproduction.figures.slots import omni_slots, slot_axis
+from echobeam.reproduction.captions import omni_slots, setting, slot_axis
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import ANTENNAS, single
@@ -26,7 +25,7 @@ def estimates(results: Results, n: int, scheme: str) -> Array:
 def rmse(results: Results, n: int, scheme: str) -> tuple[Array, Array]:
     """Return the estimate's error per slot, deg, and its 95 % band."""
     error = results[single(n).name].error(scheme, "angle")[:, :, 0]
-    return rms_with_band(np.degrees(error))
+    return rms_interval(np.degrees(error))
 
 
 def data(results: Results) -> FigureData:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from echobeam.estimation.intervals import rms_interval
 from echobeam.plots.looks import parameter_look
 from echobeam.plots.record import Axis, FigureData, Panel, interval_series
-from echobeam.reproduction.captions import ANTENNAS, flight, initial
-from echobeam.reproduction.estimates import rms_with_band
-from echobeam.reproduction.figures.slots import omni_slots, slot_axis
+from echobeam.reproduction.captions import ANTENNAS, flight, initial, omni_slots, slot_axis
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import ANTENNAS_FOR_TWO, multi
@@ -15,7 +14,7 @@ from echobeam.values import Array
 
 def rmse(results: Results, n: int, k: int) -> tuple[Array, Array]:
     """Return an object's distance error per slot, m, and its 95 % band."""
-    return rms_with_band(results[multi(n).name].error("temporal", "distance")[:, :, k])
+    return rms_interval(results[multi(n).name].error("temporal", "distance")[:, :, k])
 
 
 def data(results: Results) -> FigureData:

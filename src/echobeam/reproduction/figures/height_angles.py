@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.estimation.intervals import rms, rms_interval
 from echobeam.plots.looks import SCHEME_LOOKS
 from echobeam.plots.record import Axis, FigureData, Panel, Series, interval_series
-from echobeam.reproduction.captions import setting
-from echobeam.reproduction.estimates import bootstrap, rms, rms_with_band
+from echobeam.reproduction.captions import omni_slots, setting, slot_axis
+from echobeam.reproduction.estimates import bootstrap
 from echobeam.reproduction.figures.height_rates import SCHEMES, SHOWN
-from echobeam.reproduction.figures.slots import omni_slots, slot_axis
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import HEIGHTS, height
@@ -59,7 +59,7 @@ def data(results: Results) -> FigureData:
 def _curves(results: Results, metres: int) -> tuple[Series, ...]:
     found = {scheme: errors(results, metres, scheme) for scheme in SCHEMES}
     rmse = [
-        interval_series(SCHEMES[scheme], range(1, 11), rms_with_band(off), SCHEME_LOOKS[scheme])
+        interval_series(SCHEMES[scheme], range(1, 11), rms_interval(off), SCHEME_LOOKS[scheme])
         for scheme, off in found.items()
     ]
     tails = [

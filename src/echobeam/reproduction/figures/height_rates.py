@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.estimation.intervals import mean_interval
 from echobeam.plots.looks import SCHEME_LOOKS, Look
 from echobeam.plots.record import Axis, FigureData, Panel, Series, interval_series
-from echobeam.reproduction.captions import setting
+from echobeam.reproduction.captions import omni_slots, setting, slot_axis
 from echobeam.reproduction.estimates import bootstrap
-from echobeam.reproduction.figures.slots import omni_slots, slot_axis
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import HEIGHTS, height
-from echobeam.simulation.summary import mean_interval
 from echobeam.values import Array
 
 SCHEMES = {"temporal": "proposed (temporal)", "water-filling": "water-filling"}

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.estimation.intervals import mean_interval
 from echobeam.plots.looks import GREEN, SCHEME_LOOKS, SHADE, Look
 from echobeam.plots.record import Axis, FigureData, Guide, Panel, interval_series
 from echobeam.reproduction.captions import setting
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import long, manoeuvre
-from echobeam.simulation.summary import mean_interval
 from echobeam.values import Array
 
 SCHEMES = {"temporal": "proposed (temporal)", "pilot": "pilot"}

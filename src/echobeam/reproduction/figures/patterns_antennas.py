@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.estimation.intervals import mean_interval
 from echobeam.plots.looks import DOTTED, Look, object_look, parameter_look
 from echobeam.plots.patterns import decibels
 from echobeam.plots.record import Axis, FigureData, Guide, Note, Panel, Series, quantile_series
@@ -12,7 +13,6 @@ from echobeam.reproduction.patterns import ANGLE, FLOOR, GRID, gain_at_truth, ga
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import ANTENNAS_FOR_TWO, multi
-from echobeam.simulation.summary import mean_interval
 from echobeam.values import Array
 
 SLOT, LAST = 2, 10

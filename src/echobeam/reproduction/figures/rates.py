@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.estimation.intervals import mean_interval
 from echobeam.plots.looks import SCHEME_LOOKS
 from echobeam.plots.record import Axis, FigureData, Note, Panel, interval_series
-from echobeam.reproduction.captions import flight, initial
+from echobeam.reproduction.captions import flight, initial, omni_slots, slot_axis
 from echobeam.reproduction.estimates import gain_percent
-from echobeam.reproduction.figures.slots import omni_slots, slot_axis
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import Setup, headline, multi, single
-from echobeam.simulation.summary import REFERENCE_SLOT, mean_interval
+from echobeam.simulation.summary import REFERENCE_SLOT
 
 PANELS = (
     (headline("paper-multi"), "two objects", 156),

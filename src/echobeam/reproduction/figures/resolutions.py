@@ -6,13 +6,13 @@ from itertools import product
 
 import numpy as np
 
+from echobeam.estimation.intervals import mean_interval
 from echobeam.plots.looks import parameter_look
 from echobeam.plots.record import Axis, FigureData, Panel, Series, interval_series
 from echobeam.reproduction.captions import flight, initial
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import RESOLUTION_LINES, RESOLUTIONS, RIPPLES, resolution
-from echobeam.simulation.summary import mean_interval
 from echobeam.values import Array
 
 PANELS = (
