@@ -26,18 +26,13 @@ def consistency(source: Source) -> FigureData:
     """Return the errors of the filters beside those that they state, every scheme in its colour.
 
     - NEES and NIS (per measured component) with the 95 % band of a mean of independent chi-square
-      variables, over trials and objects. Where schemes have different numbers of them the band
-      is that of the fewest. Known objects are not measured in omnidirectional slots: NIS has a
-      gap there, and NEES is that of the prediction.
-    - The share of true angles inside the interval of (38f) that the beams were designed to
-      cover, with the 95 % band of a binomial share, and a Gaussian's share for its width.
-      Where schemes have widths of their own these shares are in their colours, without a band.
+      variables; where schemes have different numbers of them that of the fewest.
+    - The share of true angles inside the interval of (38f), beside that of a Gaussian.
     - RMSE of angle and distance over the posterior Cramer-Rao bound, see `bound_of`.
     - Mean sum rate over the genie's, with the 95 % interval over paired trials.
 
-    What a result does not have (a bound of a trace, a genie) is named below the title. A long run
-    is shown frame by frame. Estimates of one frame hang together, so the bands of NEES and of the
-    share stay those of one slot; innovations do not.
+    What a result does not have is named below the title. Estimates of one frame hang together, so
+    the bands of NEES and of the share stay those of one slot in a long run, by frames.
     """
     source.check(*NEEDED)
     if not source.result.sizes["object"]:

@@ -289,10 +289,11 @@ def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
     own = axes.xaxis if which == "x" else axes.yaxis
     set_limits = axes.set_xlim if which == "x" else axes.set_ylim
     own.set_label_text(str(axis))
-    if axis.log:
-        _scale_log(axes, which)
+    log = axis.log and _scale_log(axes, which)
     if axis.limits != (None, None):
         set_limits(*axis.limits)
+    if log:
+        _tick_log(axes, which)
     if axis.ticks:
         own.set_ticks(axis.ticks, list(axis.names) or [f"{tick:g}" for tick in axis.ticks])
         own.set_minor_formatter(NullFormatter())
@@ -314,15 +315,20 @@ def _inches_wide(axes: Axes) -> float:
     return width * len(place.colspan) / place.get_gridspec().ncols
 
 
-def _scale_log(axes: Axes, which: str) -> None:
-    """Give an axis a logarithmic scale with plain numbers, several of them on a short one."""
-    own = axes.xaxis if which == "x" else axes.yaxis
+def _scale_log(axes: Axes, which: str) -> bool:
+    """Give an axis a logarithmic scale if there is anything positive to see."""
     least = axes.dataLim.minposx if which == "x" else axes.dataLim.minposy
-    if not math.isfinite(least):  # nothing positive to see
-        return
+    if not math.isfinite(least):
+        return False
     (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     (axes.set_xmargin if which == "x" else axes.set_ymargin)(0.08)
     axes.autoscale_view()
+    return True
+
+
+def _tick_log(axes: Axes, which: str) -> None:
+    """Write plain numbers at a logarithmic axis, several of them at a short one."""
+    own = axes.xaxis if which == "x" else axes.yaxis
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
     finer = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0) if high < 12.0 * low else (1.0, 2.0, 5.0)
     subs = finer if high < 200.0 * low else (1.0,)
