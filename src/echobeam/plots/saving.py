@@ -38,10 +38,10 @@ def file_format(suffix: str) -> str:
 
 def picture_formats(suffixes: Sequence[str]) -> tuple[str, ...]:
     """Return some of `PICTURES` for suffixes; raise `PlotError` if one is none of them."""
-    for suffix in suffixes:
-        if suffix.lower().removeprefix(".") not in PICTURES:
-            raise PlotError(f"cannot draw a picture as {suffix!r}; accepted: {', '.join(PICTURES)}")
-    return tuple(suffix.lower().removeprefix(".") for suffix in suffixes)
+    names = tuple(suffix.lower().removeprefix(".") for suffix in suffixes)
+    for name in set(names) - set(PICTURES):
+        raise PlotError(f"cannot draw a picture as {name!r}; accepted: {', '.join(PICTURES)}")
+    return names
 
 
 def write(data: FigureData, path: Path, *, captions: bool = True) -> Path:

@@ -54,17 +54,7 @@ def half_power_angles(gain: Array) -> Array:
     """Return how many degrees of 0 to 180 a pattern on `GRID` is above half of its maximum.
 
     An upright array repeats every lobe at its mirror angle, and both are illuminated: both count,
-    as do the tops of a pattern with several.
-
-    Parameters
-    ----------
-    gain
-        ``(..., angle)``.
-
-    Returns
-    -------
-    Array
-        ``(...)`` deg.
+    as do the tops of a pattern with several. ``(..., angle)`` to ``(...)`` deg.
     """
     above = gain >= 0.5 * gain.max(axis=-1, keepdims=True)
     return np.asarray(180.0 * above.mean(axis=-1))
