@@ -12,25 +12,35 @@ from typing import TYPE_CHECKING, Any
 from echobeam.version import __version__
 
 if TYPE_CHECKING:
+    from echobeam import testing as testing
     from echobeam.beamforming.answer import BeamAnswer
     from echobeam.beamforming.design import design_beams
     from echobeam.beamforming.problem import BeamProblem, ProblemError
+    from echobeam.commands.reproduce import reproduce
+    from echobeam.commands.run import run
+    from echobeam.commands.simulate import simulate
+    from echobeam.commands.summary import summary
+    from echobeam.commands.sweep import sweep
+    from echobeam.faults import InputError, RunError
     from echobeam.physics.array import ArrayError, LinearArray
     from echobeam.physics.planar import PlanarArray
+    from echobeam.scenario.built_in import scenarios
     from echobeam.scenario.checking import ScenarioError
     from echobeam.scenario.load import load_scenario
     from echobeam.scenario.model import Scenario
-    from echobeam.schemes.base import Decision, Scheme, SchemeError, View
+    from echobeam.schemes.base import Decision, Scheme, SchemeError, System, View
     from echobeam.schemes.beamers import Aim, Beams
     from echobeam.schemes.doors import scheme
-    from echobeam.schemes.parts import SchemeOfParts
+    from echobeam.schemes.parts import Beamer, Frame, SchemeOfParts, Tracker
+    from echobeam.schemes.registry import schemes
     from echobeam.simulation.loop import SlotRecord
-    from echobeam.simulation.run import simulate, slots
+    from echobeam.simulation.run import slots
     from echobeam.values import (
         Detections,
         GaussianState,
         Mode,
         StateSpace,
+        Status,
         Tracks,
         Transmission,
         UavState,
@@ -41,14 +51,18 @@ _HOME = {
     "ArrayError": "physics.array",
     "BeamAnswer": "beamforming.answer",
     "BeamProblem": "beamforming.problem",
+    "Beamer": "schemes.parts",
     "Beams": "schemes.beamers",
     "Decision": "schemes.base",
     "Detections": "values",
+    "Frame": "schemes.parts",
     "GaussianState": "values",
+    "InputError": "faults",
     "LinearArray": "physics.array",
     "Mode": "values",
     "PlanarArray": "physics.planar",
     "ProblemError": "beamforming.problem",
+    "RunError": "faults",
     "Scenario": "scenario.model",
     "ScenarioError": "scenario.checking",
     "Scheme": "schemes.base",
@@ -56,30 +70,45 @@ _HOME = {
     "SchemeOfParts": "schemes.parts",
     "SlotRecord": "simulation.loop",
     "StateSpace": "values",
+    "Status": "values",
+    "System": "schemes.base",
+    "Tracker": "schemes.parts",
     "Tracks": "values",
     "Transmission": "values",
     "UavState": "values",
     "View": "schemes.base",
     "design_beams": "beamforming.design",
     "load_scenario": "scenario.load",
+    "reproduce": "commands.reproduce",
+    "run": "commands.run",
+    "scenarios": "scenario.built_in",
     "scheme": "schemes.doors",
-    "simulate": "simulation.run",
+    "simulate": "commands.simulate",
     "slots": "simulation.run",
+    "summary": "commands.summary",
+    "sweep": "commands.sweep",
 }
+
+_ROOMS = ("schemes", "testing")
+"""Packages that are public names as well: `schemes` is called for the list of schemes."""
 
 __all__ = [
     "Aim",
     "ArrayError",
     "BeamAnswer",
     "BeamProblem",
+    "Beamer",
     "Beams",
     "Decision",
     "Detections",
+    "Frame",
     "GaussianState",
+    "InputError",
     "LinearArray",
     "Mode",
     "PlanarArray",
     "ProblemError",
+    "RunError",
     "Scenario",
     "ScenarioError",
     "Scheme",
@@ -87,6 +116,9 @@ __all__ = [
     "SchemeOfParts",
     "SlotRecord",
     "StateSpace",
+    "Status",
+    "System",
+    "Tracker",
     "Tracks",
     "Transmission",
     "UavState",
@@ -94,14 +126,23 @@ __all__ = [
     "__version__",
     "design_beams",
     "load_scenario",
+    "reproduce",
+    "run",
+    "scenarios",
     "scheme",
+    "schemes",
     "simulate",
     "slots",
+    "summary",
+    "sweep",
+    "testing",
 ]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name from its home when it is first asked for."""
+    if name in _ROOMS:
+        return import_module(f"echobeam.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'echobeam' has no attribute {name!r}")
     value = getattr(import_module(f"echobeam.{_HOME[name]}"), name)

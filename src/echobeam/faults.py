@@ -1,4 +1,4 @@
-"""The two ways in which a call can go wrong that are nobody's bug."""
+"""Faults and notices that a call can end with and that are nobody's bug."""
 
 from __future__ import annotations
 
@@ -21,3 +21,7 @@ class InputError(ValueError):
 
 class RunError(RuntimeError):
     """Fault of work that could not be finished; the message says what is kept, how to go on."""
+
+
+class InputWarning(UserWarning):
+    """Notice that an input is used in part, or otherwise than it is written; it says how."""

@@ -10,6 +10,7 @@ import math
 import re
 
 from echobeam.faults import InputError
+from echobeam.numerals import plain
 
 SPEED_OF_LIGHT = 299_792_458.0
 """Speed of light in vacuum, m/s (exact by definition of the metre)."""
@@ -72,6 +73,7 @@ def parse_quantity(value: object, kind: str) -> float:
     QuantityError
         If the value is no finite number or its unit is not of this kind.
     """
+    value = plain(value)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise QuantityError(f"{value!r} is not a quantity; expected {accepted(kind)}")
     if not isinstance(value, str):

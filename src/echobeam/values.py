@@ -16,6 +16,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.brief import Brief
+
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 BoolArray = npt.NDArray[np.bool_]
@@ -59,7 +61,7 @@ class StateSpace:
     names: tuple[str, ...]
     units: tuple[str, ...]
     angles: tuple[int, ...]
-    valid: Callable[[Array], BoolArray]
+    valid: Callable[[Array], BoolArray | np.bool_]
 
     @property
     def size(self) -> int:
@@ -76,8 +78,8 @@ class Status(IntEnum):
     COASTING = 3
 
 
-@dataclass(frozen=True, slots=True)
-class Tracks:
+@dataclass(frozen=True, slots=True, repr=False)
+class Tracks(Brief):
     """Report of a belief: one track for each column, whatever the belief is made of.
 
     Attributes
@@ -106,8 +108,8 @@ class Tracks:
         return known
 
 
-@dataclass(frozen=True, slots=True)
-class GaussianState:
+@dataclass(frozen=True, slots=True, repr=False)
+class GaussianState(Brief):
     """A Gaussian belief about every object: prior or posterior by the variable's name.
 
     Attributes
@@ -125,8 +127,8 @@ class GaussianState:
     known: BoolArray
 
 
-@dataclass(frozen=True, slots=True)
-class Detections:
+@dataclass(frozen=True, slots=True, repr=False)
+class Detections(Brief):
     """Output of the radar in one slot.
 
     Attributes
@@ -149,8 +151,8 @@ class Detections:
     label: IntArray
 
 
-@dataclass(frozen=True, slots=True)
-class Transmission:
+@dataclass(frozen=True, slots=True, repr=False)
+class Transmission(Brief):
     """One transmission in every mode: the covariances W_c = w_c w_c^H + diag(q_c) of its streams.
 
     An omnidirectional slot has ``beams = 0`` and uncorrelated antennas, a directional one has
@@ -171,8 +173,8 @@ class Transmission:
     probing: Array
 
 
-@dataclass(frozen=True, slots=True)
-class UavState:
+@dataclass(frozen=True, slots=True, repr=False)
+class UavState(Brief):
     """Position and velocity of the UAV in one slot, which it knows.
 
     Attributes

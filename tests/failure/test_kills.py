@@ -188,17 +188,18 @@ def test_an_interruption_is_one_message_and_ends_every_process(tmp_path):
     wait_for(lambda: all(gone(child) for child in children))
 
 
-MANY_SMALL_TASKS = """
-from echobeam.store.workers import Workers, do_all
-
+NOTHING = """
 class Nothing:
     def sizes(self): return [1] * 20000
     def missing(self): return list(range(20000))
     def piece(self, task): return lambda advance: advance(1)
     def write(self, task, block): pass
+"""
+MANY_SMALL_TASKS = """
+from nothing import Nothing
+from echobeam.store.workers import Workers, do_all
 
-if __name__ == "__main__":
-    do_all(Nothing(), Workers(jobs=2), lambda done, all: done and print(done, flush=True))
+do_all(Nothing(), Workers(jobs=2), lambda done, all: done and print(done, flush=True))
 """
 
 
@@ -207,6 +208,7 @@ def test_an_interruption_while_tasks_are_gathered_leaves_no_lock_behind(tmp_path
     """The process that gathers outcomes is interrupted in its midst, and still comes to its end."""
     script = tmp_path / "many.py"
     script.write_text(MANY_SMALL_TASKS)
+    (tmp_path / "nothing.py").write_text(NOTHING)
     generator = np.random.default_rng(52)
     for _ in range(8):
         run = subprocess.Popen(

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import configparser
 import math
+import os
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -282,6 +287,21 @@ def test_the_interface_has_every_public_name() -> None:
         assert hasattr(__import__(home, fromlist=[name]), name), path
 
 
+def test_the_interface_has_all_that_the_pages_import() -> None:
+    """Public from the package itself, or listed under its own place; of a module, its functions."""
+    listed = page("api")
+    public = [getattr(echobeam, name) for name in echobeam.__all__]
+    for path in TEXTS:
+        for block in blocks(path.read_text(encoding="utf-8"), "python"):
+            for node in ast.walk(ast.parse(block.text)):
+                module = str(node.module) if isinstance(node, ast.ImportFrom) else ""
+                names = [alias.name for alias in node.names] if module else []
+                for name in names if module.startswith("echobeam") else []:
+                    found = getattr(import_module(module), name)
+                    known = any(found is each for each in public)
+                    assert known or f"::: {module}.{name}" in listed, (path.name, name)
+
+
 def test_the_rooms_are_those_of_the_import_rules() -> None:
     rules = configparser.ConfigParser()
     rules.read(ROOT / ".importlinter")
@@ -411,7 +431,7 @@ def test_every_page_is_in_the_navigation() -> None:
 
 # Snippets
 
-LONG = ("schemes", "reproducibility")
+LONG = ("schemes", "reproducibility", "python")
 """Pages whose snippets take seconds."""
 
 
@@ -464,6 +484,25 @@ def test_an_output_is_what_its_command_prints(
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(cli, shlex.split(block.title)[1:], catch_exceptions=False)
     assert block.text.rstrip() in done.stdout
+
+
+@pytest.mark.slow
+def test_snippets_have_the_types_that_they_are_given(tmp_path: Path) -> None:
+    """Every Python block, a page's together, by `mypy --strict`: what is shown is typed."""
+    pytest.importorskip("mypy")
+    files = []
+    for path in TEXTS:
+        found = blocks(path.read_text(encoding="utf-8"), "python")
+        files.append(tmp_path / f"page_{path.stem.lower().replace('-', '_')}.py")
+        files[-1].write_text("\n".join(block.text for block in found), encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", *map(str, files)],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        env={**os.environ, "MYPYPATH": str(ROOT / "src")},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_a_scheme_of_the_pages_is_found_in_its_file(

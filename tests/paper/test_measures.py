@@ -13,6 +13,7 @@ from echobeam.reproduction.setups import (
     Setup,
     height,
     long,
+    manoeuvre,
     multi,
     single,
 )
@@ -120,9 +121,53 @@ def test_sensing_is_lost_in_an_omni_slot_if_the_angle_error_grows_there(growth, 
     estimated[..., 0] = error
     kept = {"truth": truth, "estimated": estimated}
     found = judged(
-        "sensing-dips-at-omni-slots", [outcome(setup, {"temporal": 2.0, "pilot": 1.0}, kept)]
+        "sensing-dips-at-omni-slots",
+        [outcome(setup, {"temporal": 2.0, "pilot": 1.0, "genie": 4.0}, kept)],
     )
     assert found.verdict == verdict
     assert list(found.measured.estimates) == ["slot 11", "slot 21", "slot 31", "slot 41"]
     for one in found.measured.estimates.values():
         assert one.value == pytest.approx(100 * (growth - 1))
+
+
+@pytest.mark.parametrize(("best", "verdict"), [(2.1, "reproduced"), (4.0, "not reproduced")])
+def test_recovery_is_near_optimal_if_the_genie_has_little_more(best, verdict):
+    rates = {"temporal": 2.0, "pilot": 1.0, "genie": best}
+    found = judged("near-optimal-after-update", [outcome(long(), rates)])
+    assert found.verdict == verdict
+    assert found.measured.headline.value == pytest.approx(200.0 / best)
+
+
+@pytest.mark.parametrize(
+    ("dropping", "verdict"), [("pilot", "reproduced"), ("temporal", "not reproduced")]
+)
+def test_a_scheme_is_less_stable_whose_rate_drops_within_a_frame(dropping, verdict):
+    one = outcome(manoeuvre(), {"temporal": 2.0, "pilot": 1.0})
+    sums = one.statistics["sum_rate"]
+    sums[:, :, ::10] = 0.0  # omni slots count as nobody's drop
+    sums[one.point.schemes.index(dropping), : TRIALS // 2, 35] *= 0.4
+    found = judged("stable-under-manoeuvres", [one])
+    assert found.verdict == verdict
+    assert abs(found.measured.headline.value) == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize(("pilot", "verdict"), [(3.0, "reproduced"), (1.0, "not reproduced")])
+def test_the_pilot_is_high_at_first_if_it_beats_the_proposed_scheme_there(pilot, verdict):
+    rates = {"temporal": 2.0, "pilot": pilot}
+    found = judged("pilot-high-at-first", [outcome(multi(), rates), outcome(single(), rates)])
+    assert found.verdict == verdict
+
+
+@pytest.mark.parametrize(("fall", "verdict"), [(0.5, "reproduced"), (2.0, "in part")])
+def test_the_faster_object_is_tracked_stably_if_its_errors_fall(fall, verdict):
+    """The share of tracks kept is 100 %, so that growing errors alone leave it in part."""
+    setup = multi()
+    truth = np.zeros((TRIALS, 10, 2, 3))
+    estimated = np.zeros((2, *truth.shape))
+    luck = np.random.default_rng(7).normal(size=(TRIALS, 1, 1))
+    estimated[0, :, :, 0] = 1e-3 * luck
+    estimated[0, :, 9, 0] *= fall
+    one = outcome(setup, {"temporal": 2.0, "pilot": 1.0}, {"truth": truth, "estimated": estimated})
+    found = judged("stable-at-high-speed", [one])
+    assert found.verdict == verdict
+    assert found.measured.headline.value == pytest.approx(100 * (1 - fall))

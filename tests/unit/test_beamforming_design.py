@@ -193,3 +193,14 @@ def test_empty_scenes_in_a_batch_get_nothing() -> None:
     assert np.all(answers.beams == 0)
     assert np.all(answers.objective == 0)
     assert not answers.fallback.any()
+
+
+def test_a_problem_with_other_values_is_checked_as_a_new_one():
+    problem = BeamProblem([1.3, 2.3], [100, 140], 0.05 * np.ones(2), 3, 0, 1, 1, 16)
+    louder = problem.replace(power=2, min_rate=[0.1, 0])
+    assert (louder.power, louder.min_rate.tolist()) == (2.0, [0.1, 0.0])
+    assert (problem.power, louder.n_tx) == (1.0, 16)
+    with pytest.raises(ProblemError, match="degrees"):
+        problem.replace(angles=[75, 135])
+    with pytest.raises(ProblemError, match="n_tx must be a whole number"):
+        BeamProblem([1.3], [100], [0.05], 3, 0, 1, 1, True)

@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from echobeam.scenario import BUILT_IN, ScenarioError, load_scenario
-from echobeam.scenario.checking import checked, override_table
-from echobeam.scenario.dump import key_texts
+from echobeam.scenario.checking import checked, override_table, read_value
+from echobeam.scenario.dump import key_texts, value_text
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import CoverageTable, FilterTable
 
@@ -111,3 +112,45 @@ def test_the_texts_of_a_tables_keys_give_the_table(table):
 def test_a_scenario_is_frozen():
     with pytest.raises(ValueError, match="frozen"):
         load_scenario("paper-multi").name = "other"
+
+
+@given(
+    st.recursive(
+        st.booleans() | st.integers(-(2**62), 2**62) | NUMBERS | TEXTS,
+        lambda inner: st.lists(inner) | st.dictionaries(TEXTS, inner),
+        max_leaves=5,
+    )
+)
+def test_a_value_reads_back_from_its_text(value):
+    assert read_value(value_text(value)) == value
+
+
+def test_values_of_numpy_and_paths_have_the_text_of_pythons():
+    for given_, plain in [
+        (np.float32(0.5), 0.5),
+        (np.array(3), 3),
+        (np.array([1.5, 2.0]), [1.5, 2.0]),
+        ((np.int8(1), "80 m"), [1, "80 m"]),
+        (Path("a") / "b.csv", "a/b.csv"),
+    ]:
+        assert read_value(value_text(given_)) == plain
+    with pytest.raises(TypeError, match="no value of a scenario"):
+        value_text(None)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_the_text_of_a_scenario_is_a_file_that_loads_equal(name, tmp_path):
+    changed = load_scenario(name, {"uav.height": np.float64(77.7), "frame.slots_per_frame": 3})
+    path = tmp_path / "copy.toml"
+    path.write_text(changed.to_toml(), encoding="utf-8")
+    assert load_scenario(path) == changed
+    assert load_scenario(path).to_toml() == changed.to_toml()
+
+
+def test_settings_may_be_one_text_or_nested_values():
+    scenario = load_scenario("paper-multi")
+    assert load_scenario(scenario, "uav.height=80 m") == scenario.replace({"uav.height": 80})
+    one = {"objects": [{"angle": np.float64(1.25), "velocity": "10 m/s"}]}
+    assert scenario.replace(one).objects[0].velocity == 10.0
+    with pytest.raises(ScenarioError, match="no key"):
+        scenario.replace({3: 1})

@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
+from echobeam.traces.outline import convex_hull
 from echobeam.traces.road import Road, RoadError, road_between
 from echobeam.traces.sample import Sample, TraceError
-from echobeam.traces.survey import convex_hull, survey_trace
+from echobeam.traces.survey import survey_trace
 
 PATH = Path("trace.csv")
 
 
-def samples(tracks):
-    """Samples of vehicles given as lists of (x, y), one second apart."""
+def samples(tracks, every=1.0):
+    """Samples of vehicles given as lists of (x, y), so many seconds apart."""
     return [
-        Sample(float(t), name, float(x), float(y), math.nan, 0)
+        Sample(every * t, name, float(x), float(y), math.nan, 0)
         for name, track in tracks.items()
         for t, (x, y) in enumerate(track)
     ]
@@ -154,7 +155,7 @@ def test_hull_of_points_on_a_line_is_its_two_ends():
 def test_extent_and_axis_of_a_long_trace_are_those_of_all_its_points():
     rng = np.random.default_rng(5)
     track = straight(-0.5, 0.0, rng.uniform(-300, 300, 10_000)) + rng.normal(0, 3, (10_000, 2))
-    survey = survey_trace(PATH, samples({"a": track}))
+    survey = survey_trace(PATH, samples({"a": track}, every=100.0))
     along = [survey.road.along(x, y) for x, y in track]
     assert survey.extent == pytest.approx((min(along), max(along)), abs=1e-9)
     axis = np.linalg.svd(track - track.mean(axis=0), full_matrices=False)[2][0]

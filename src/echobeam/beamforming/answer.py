@@ -9,6 +9,7 @@ import numpy as np
 
 from echobeam.beamforming.certify.certificate import Violation
 from echobeam.beamforming.certify.proof import Proof
+from echobeam.brief import Brief, brief, html_table
 from echobeam.values import Array, ComplexArray
 
 Status = Literal["optimal", "infeasible", "fallback"]
@@ -26,8 +27,8 @@ STATUS: dict[Outcome, Status] = {
 """Status of each outcome: a fallback misses a constraint, or is flat for want of other beams."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BeamAnswer:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class BeamAnswer(Brief):
     """The answer to one `BeamProblem`.
 
     Attributes
@@ -86,9 +87,31 @@ class BeamAnswer:
             return 0.0
         return difference / self.objective if self.objective > 0.0 else np.inf
 
+    def __repr__(self) -> str:
+        """Return what was reached; the bound if it is known: showing is not asking for a proof."""
+        return brief(self, self._figures())
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BatchAnswer:
+    def _repr_html_(self) -> str:
+        """Return the same as a table, for notebooks."""
+        return html_table(f"Beams of {len(self.beams)} objects", self._figures())
+
+    def _figures(self) -> dict[str, object]:
+        message = {"message": self.message} if self.message else {}
+        return {
+            "status": self.status,
+            "objective": self.objective,
+            "upper_bound": self.upper_bound if self.proof.known else self.proof,
+            "rates": self.rates,
+            "max_violation": self.max_violation.largest,
+            "seconds": self.seconds,
+            "iterations": self.iterations,
+            **message,
+            "beams": self.beams,
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class BatchAnswer(Brief):
     """The answers to a `ProblemBatch`.
 
     Attributes

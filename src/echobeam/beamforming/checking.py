@@ -93,7 +93,9 @@ def checked_array(
         number = 1.0
     else:
         number = checked_scalar("n_tx", n_tx, faults)
-        if number < 1 or number != int(number):
+        if isinstance(n_tx, bool | np.bool_):
+            faults.append(f"n_tx must be a whole number from 1, not {n_tx}")
+        elif number < 1 or number != int(number):
             faults.append(f"n_tx must be a whole number from 1, not {number:g}")
     distance = checked_scalar("spacing", spacing, faults)
     most = MOST["spacing"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, SupportsIndex, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ from echobeam.beamforming.checking import (
     out_of_range,
     stated_loss,
 )
+from echobeam.brief import Brief
 from echobeam.faults import InputError
 from echobeam.physics.link import channel_loss
 from echobeam.physics.planar import AntennaArray, PlanarArray
@@ -34,8 +35,8 @@ class ProblemError(InputError):
     """Fault of a beam problem that makes no sense; the message lists every fault."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, init=False)
-class BeamProblem:
+@dataclass(frozen=True, slots=True, eq=False, init=False, repr=False)
+class BeamProblem(Brief):
     """Design the beams of one slot, Eq. (38).
 
     Attributes
@@ -95,7 +96,7 @@ class BeamProblem:
         min_rate: npt.ArrayLike,
         power: float,
         noise: float,
-        n_tx: int | None = None,
+        n_tx: SupportsIndex | None = None,
         alpha0: float = 1.0,
         spacing: float = 0.5,
         axis: Axis = "vertical",
@@ -142,6 +143,16 @@ class BeamProblem:
         object.__setattr__(self, "array", chosen)
         object.__setattr__(self, "warm_start", warm)
 
+    def replace(self, **changes: Any) -> BeamProblem:
+        """Return the problem with other values of some attributes, checked as a new one.
+
+        Raises
+        ------
+        ProblemError
+            As for a new one.
+        """
+        return replace(self, **changes)
+
     @property
     def n_objects(self) -> int:
         """K."""
@@ -174,8 +185,8 @@ class BeamProblem:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ProblemBatch:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ProblemBatch(Brief):
     """Many problems (38) on one array: a leading axis of ``T`` trials over `BeamProblem`.
 
     The values come from our own trackers and are not examined again; `BeamProblem` is the

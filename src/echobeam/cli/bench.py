@@ -64,7 +64,7 @@ def command(
     from echobeam.benchmarking.measure import run_cases
     from echobeam.benchmarking.methods import find_methods
     from echobeam.benchmarking.report import documents, header, table
-    from echobeam.cli.progress import progress_bar
+    from echobeam.commands.progress import progress_bar
 
     chosen = find_cases(tuple(CASES) if everything else cases or QUICK)
     with progress_bar("bench", quiet=quiet) as progress:

@@ -18,7 +18,7 @@ def command(quiet: bool) -> None:
     echobeam compile
     """
     from echobeam.beamforming.direct.trials import compile_solver
-    from echobeam.cli.progress import progress_bar
+    from echobeam.commands.progress import progress_bar
 
     with progress_bar("beam solver", quiet=quiet) as progress:
         done = compile_solver(progress)

@@ -6,12 +6,16 @@ import io
 import logging
 import os
 import sys
+import warnings
+from collections.abc import Callable
+from functools import partial
 from importlib import import_module
+from typing import Any
 
 import click
 
 from echobeam.cli.options import TRACEBACK
-from echobeam.faults import InputError, RunError
+from echobeam.faults import InputError, InputWarning, RunError
 from echobeam.version import __version__
 
 COMMANDS = {
@@ -83,6 +87,15 @@ def _print_version(context: click.Context, option: click.Parameter, asked: bool)
 )
 def cli() -> None:
     """Sensing-assisted predictive beamforming: echo, estimate, track, predict, optimise, rate."""
+    warnings.showwarning = partial(_tell, warnings.showwarning)
+
+
+def _tell(otherwise: Callable[..., None], message: Warning | str, *where: Any, **to: Any) -> None:
+    """Print what is used otherwise than it was given as a message of ours, without a place."""
+    if isinstance(message, InputWarning):
+        click.echo(f"echobeam: {message}", err=True)
+    else:
+        otherwise(message, *where, **to)
 
 
 def main() -> None:

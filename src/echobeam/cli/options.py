@@ -1,23 +1,18 @@
-"""Options that several commands share, and what is read from them with all faults at once."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
-from textwrap import indent
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, Unpack
 
 import click
 
-from echobeam.faults import InputError
-
 if TYPE_CHECKING:
-    from echobeam.scenario.model import Scenario
+    from echobeam.commands.asking import Request
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Decorator = Callable[[Function], Function]
-Found = TypeVar("Found")
 
 scheme = click.option(
     "--scheme",
@@ -99,108 +94,37 @@ def together(*options: Decorator[Any]) -> Decorator[Any]:
     return decorate
 
 
+class Wanted(TypedDict):
+    """Options of a command that computes, as click gives them."""
+
+    schemes: tuple[str, ...]
+    trials: int | None
+    seed: int
+    overrides: tuple[str, ...]
+    trace: str | None
+    jobs: int
+    dask: str | None
+    resume: bool
+    force: bool
+
+
+def request(scenario: str, **wanted: Unpack[Wanted]) -> Request:
+    """Return what is asked for on the command line."""
+    from echobeam.commands.asking import Request
+    from echobeam.store.workers import Workers
+
+    return Request(
+        scenario,
+        wanted["schemes"],
+        wanted["trials"],
+        wanted["seed"],
+        wanted["overrides"],
+        wanted["trace"],
+        Workers(wanted["jobs"], wanted["dask"]),
+        wanted["resume"],
+        wanted["force"],
+    )
+
+
 work = together(jobs, dask, resume, force, quiet)
 """How the work is done, and how much is said of it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """What a scenario and the options given with it come to, all of it known to be usable."""
-
-    scenario: Scenario
-    schemes: tuple[str, ...]
-    trials: int
-    seed: int
-
-
-class Faults:
-    """Collects what is wrong, so that a user hears all of it at once."""
-
-    def __init__(self) -> None:
-        self.messages: list[str] = []
-        self.details = ""
-
-    def of(self, read: Callable[..., Found], *arguments: object) -> Found | None:
-        """Return what a call gives, or keep its fault and return None."""
-        try:
-            return read(*arguments)
-        except InputError as error:
-            self.messages.append(str(error))
-            self.details += error.details
-            return None
-
-    def check(self) -> None:
-        """Raise the faults found, if any.
-
-        Raises
-        ------
-        InputError
-            The only one as it is, several as a list.
-        """
-        if len(self.messages) > 1:
-            listed = "\n".join(indent(message, "  ") for message in self.messages)
-            raise InputError(f"{len(self.messages)} things are wrong\n{listed}", self.details)
-        if self.messages:
-            raise InputError(self.messages[0], self.details)
-
-
-def read(
-    source: str,
-    overrides: Sequence[str],
-    trace: str | None,
-    schemes: Sequence[str],
-    trials: int | None,
-    seed: int,
-    also: Sequence[Callable[[], object]] = (),
-) -> Asked:
-    """Read a scenario with the schemes and numbers given for it.
-
-    Parameters
-    ----------
-    also
-        Whatever else is to be read; its faults are told with the others.
-
-    Raises
-    ------
-    InputError
-        Tells all that is wrong at once.
-    """
-    from echobeam.scenario.built_in import BUILT_IN
-    from echobeam.scenario.load import load_scenario
-    from echobeam.schemes.configure import configure_all
-    from echobeam.simulation.run import check_count
-
-    faults = Faults()
-    for text in overrides:
-        faults.of(_check_setting, text)
-    scenario = faults.of(load_scenario, source, [text for text in overrides if "=" in text])
-    if scenario is not None and trace is not None:
-        scenario = faults.of(scenario.with_trace, trace)
-    for name in schemes:
-        faults.of(configure_all, scenario or load_scenario(BUILT_IN[0]), [name])
-    if scenario is not None and not schemes:
-        faults.of(_labelled, source, configure_all, scenario, None)
-    faults.of(check_count, 1 if trials is None else trials, 0)
-    faults.of(check_count, 1, seed)
-    for further in also:
-        faults.of(further)
-    faults.check()
-    assert scenario is not None
-    count = scenario.trials if trials is None else trials
-    return Asked(scenario, tuple(schemes) or scenario.schemes, count, seed)
-
-
-def _labelled(label: str, read: Callable[..., Found], *arguments: object) -> Found:
-    """Return what a call gives; its fault says where it stands."""
-    try:
-        return read(*arguments)
-    except InputError as error:
-        raise InputError(
-            "\n".join(f"{label}: {line}" for line in str(error).splitlines()), error.details
-        ) from None
-
-
-def _check_setting(text: str) -> None:
-    """Refuse an override that is none; the others are read with the scenario."""
-    if "=" not in text:
-        raise InputError(f"--set {text}: expected KEY=VALUE, such as uav.height='80 m'")

@@ -85,10 +85,10 @@ def command(
     from echobeam.store.result import open_any
     from echobeam.store.writing import check_writable
 
-    target = out or result.parent / f"{result.stem}.png"
-    suffix = file_format(target.suffix or ".png")
+    suffix = file_format(out.suffix or ".png" if out else ".png")
     choice = Choice(schemes, trial, read_slots(slots), x, quantity, title)
     with open_any(result) as dataset:
+        target = out or result
         for kind, data in figures(dataset, kinds, choice).items():
             path = target.parent / f"{target.stem}-{kind}.{suffix}"
             check_writable(path, force=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -58,12 +59,10 @@ def command(
     Writes ID.png, ID.csv and ID.json for every figure, claims.json and claims.md. What was run
     is kept in DIR/blocks, so that --resume goes on after an interruption.
     """
-    from echobeam.cli.progress import progress_bar
-    from echobeam.plots.saving import picture_formats
+    from echobeam.commands.progress import progress_bar
+    from echobeam.commands.reproduce import record_figures
     from echobeam.reproduction.catalogue import FIGURES
     from echobeam.reproduction.report import written
-    from echobeam.reproduction.run import QUICK_TRIALS, TRIALS, Reproduction, reproduce
-    from echobeam.simulation.run import check_count
     from echobeam.store.workers import Workers
 
     if as_list:
@@ -71,13 +70,18 @@ def command(
         for figure in FIGURES.values():
             click.echo(f"{figure.id:<{width}}  {figure.caption}")
         return
-    if trials is None:
-        trials = QUICK_TRIALS if quick else TRIALS
-    check_count(trials, seed)
-    suffixes = picture_formats(formats.split(","))
-    task = Reproduction(ids, out, trials, seed, suffixes, Workers(jobs, dask), resume, force)
-    with progress_bar("reproduce", quiet=quiet) as progress:
-        findings = reproduce(task, progress)
+    findings = record_figures(
+        ids,
+        out,
+        trials=trials,
+        quick=quick,
+        seed=seed,
+        workers=Workers(jobs, dask),
+        resume=resume,
+        force=force,
+        formats=formats.split(","),
+        bar=partial(progress_bar, quiet=quiet),
+    )
     if quiet:
         return
     for finding in findings:

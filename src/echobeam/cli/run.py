@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import sys
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
 from echobeam.cli import options
 
 if TYPE_CHECKING:
-    from echobeam.store.recorded import Done
+    from echobeam.commands.run import RunDone
 
 
 @click.command("run")
@@ -27,19 +28,7 @@ if TYPE_CHECKING:
 @options.as_json
 @options.traceback
 def command(
-    scenario: str,
-    schemes: tuple[str, ...],
-    trials: int | None,
-    seed: int,
-    out: Path | None,
-    overrides: tuple[str, ...],
-    trace: str | None,
-    jobs: int,
-    dask: str | None,
-    resume: bool,
-    force: bool,
-    quiet: bool,
-    as_json: bool,
+    scenario: str, out: Path | None, quiet: bool, as_json: bool, **wanted: Unpack[options.Wanted]
 ) -> None:
     r"""Run SCENARIO, a built-in name or a TOML file, and write a result.
 
@@ -48,38 +37,27 @@ def command(
     echobeam run mine.toml --scheme temporal --set uav.height="80 m"
     echobeam run traffic --trace my-fcd.xml.gz --out mine.nc
     """
-    from echobeam.cli.progress import progress_bar
-    from echobeam.store.recorded import Recording, record
-    from echobeam.store.workers import Workers
+    from echobeam.commands.progress import progress_bar
+    from echobeam.commands.run import record_run
 
     with contextlib.redirect_stdout(sys.stderr):  # a user's scheme may print: not our output
-        asked = options.read(scenario, overrides, trace, schemes, trials, seed)
-        recording = Recording(
-            asked.scenario,
-            asked.schemes,
-            asked.trials,
-            asked.seed,
-            out=out or Path(f"{asked.scenario.name}.nc"),
-            workers=Workers(jobs, dask),
-            resume=resume,
-            force=force,
-        )
-        with progress_bar(asked.scenario.name, quiet=quiet) as progress:
-            done = record(recording, progress)
-    if not done.anything and not quiet:
-        click.echo(f"{recording.out}: is complete, nothing was to be done", err=True)
+        asked = options.request(scenario, **wanted)
+        finished = record_run(asked, out, partial(progress_bar, quiet=quiet))
+    if not finished.done.anything and not quiet:
+        click.echo(f"{finished.out}: is complete, nothing was to be done", err=True)
     if as_json or not quiet:
-        click.echo(_report(recording.out, asked, done, as_json=as_json, quiet=quiet))
+        click.echo(_report(finished, as_json=as_json, quiet=quiet))
 
 
-def _report(path: Path, asked: options.Asked, done: Done, *, as_json: bool, quiet: bool) -> str:
+def _report(finished: RunDone, *, as_json: bool, quiet: bool) -> str:
     from echobeam.cli.report import far_field_warning, json_report, text_report
     from echobeam.store.result import open_result
 
     report = json_report if as_json else text_report
-    decisions = done.decisions[0] if done.decisions else None
-    with open_result(path) as result:
-        warning = far_field_warning(result, asked.scenario)
+    decisions = finished.done.decisions[0] if finished.done.decisions else None
+    scenario = finished.asked.scenario
+    with open_result(finished.out) as result:
+        warning = far_field_warning(result, scenario)
         if warning is not None and not quiet:
             click.echo(warning, err=True)
-        return report(result, asked.scenario, path, decisions)
+        return report(result, scenario, finished.out, decisions)

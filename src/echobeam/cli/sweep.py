@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
@@ -50,20 +50,12 @@ if TYPE_CHECKING:
 def command(
     scenario: str,
     varied: tuple[str, ...],
-    schemes: tuple[str, ...],
-    trials: int | None,
-    seed: int,
     out: Path | None,
     csv_path: Path | None,
     full: bool,
-    overrides: tuple[str, ...],
-    trace: str | None,
-    jobs: int,
-    dask: str | None,
-    resume: bool,
-    force: bool,
     quiet: bool,
     as_json: bool,
+    **wanted: Unpack[options.Wanted],
 ) -> None:
     r"""Run a grid of scenarios from SCENARIO, on the same random numbers at every point.
 
@@ -72,31 +64,14 @@ def command(
     echobeam sweep paper-single --vary array.n_tx,array.n_rx=16,32,64 --trials 50
     echobeam sweep paper-multi --vary coverage.ripple=1,3,5 --trials 50 --csv ripple.csv
     """
-    from echobeam.cli.progress import progress_bar
-    from echobeam.store.workers import Workers
-    from echobeam.sweeps.grid import Grid, read_varied
-    from echobeam.sweeps.recorded import Sweep, open_sweep, record_sweep
+    from echobeam.commands.progress import progress_bar
+    from echobeam.commands.sweep import record_grid
+    from echobeam.sweeps.recorded import open_sweep
 
+    bar = partial(progress_bar, quiet=quiet)
     with contextlib.redirect_stdout(sys.stderr):  # a user's scheme may print: not our output
-        axes = [partial(read_varied, text) for text in varied]
-        asked = options.read(scenario, overrides, trace, schemes, trials, seed, axes)
-        grid = Grid(scenario, overrides, tuple(axis() for axis in axes), trace)
-        name = asked.scenario.name
-        target = out or Path(f"{name}-sweep.nc")
-        sweep = Sweep(
-            grid,
-            schemes,
-            trials,
-            seed,
-            target,
-            csv_path,
-            full,
-            Workers(jobs, dask),
-            resume,
-            force,
-        )
-        with progress_bar(f"{name}: {grid.size} points", quiet=quiet) as progress:
-            done = record_sweep(sweep, progress)
+        asked = options.request(scenario, **wanted)
+        grid, name, target, done = record_grid(asked, varied, out, csv_path, full=full, bar=bar)
     if not done.anything and not quiet:
         click.echo(f"{target}: is complete, nothing was to be done", err=True)
     if quiet and not as_json:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.faults import InputError
+from echobeam.numerals import whole
 from echobeam.physics.angles import exact_cosine, exact_sine
 from echobeam.values import Array, Axis, ComplexArray
 
@@ -20,10 +21,10 @@ class ArrayError(InputError):
 
 def count_faults(name: str, number: Any) -> list[str]:
     """Return the fault of a number of elements, if it is none."""
-    whole = isinstance(number, (int, np.integer)) and not isinstance(number, bool)
-    return (
-        [] if whole and number >= 1 else [f"{name} must be a whole number from 1, not {number!r}"]
-    )
+    count = whole(number)
+    if count is not None and count >= 1:
+        return []
+    return [f"{name} must be a whole number from 1, not {number!r}"]
 
 
 def spacing_faults(spacing: Any) -> list[str]:
@@ -68,6 +69,8 @@ class LinearArray:
             faults.append(f"axis must be 'vertical' or 'horizontal', not {self.axis!r}")
         if faults:
             raise ArrayError("; ".join(faults))
+        object.__setattr__(self, "n", whole(self.n))
+        object.__setattr__(self, "spacing", float(self.spacing))
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.numerals import whole
 from echobeam.physics.array import ArrayError, LinearArray, count_faults, spacing_faults
 from echobeam.values import Array, ComplexArray
 
@@ -45,12 +45,13 @@ class PlanarArray:
     def __post_init__(self) -> None:
         faults = count_faults("rows", self.rows) + count_faults("columns", self.columns)
         faults += spacing_faults(self.spacing)
-        polarisations: Any = self.polarisations
-        whole = isinstance(polarisations, (int, np.integer)) and not isinstance(polarisations, bool)
-        if not whole or polarisations not in (1, 2):
+        if whole(self.polarisations) not in (1, 2):
             faults.append(f"polarisations must be 1 or 2, not {self.polarisations!r}")
         if faults:
             raise ArrayError("; ".join(faults))
+        for name in ("rows", "columns", "polarisations"):
+            object.__setattr__(self, name, whole(getattr(self, name)))
+        object.__setattr__(self, "spacing", float(self.spacing))
 
     @property
     def shape(self) -> tuple[int, int]:

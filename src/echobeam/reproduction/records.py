@@ -138,6 +138,8 @@ class Claim:
         From results to numbers.
     judge
         From numbers to the verdict.
+    remark
+        What a reader has to know of the verdict, printed beside it.
     """
 
     id: str
@@ -147,6 +149,7 @@ class Claim:
     reading: str
     measure: Callable[[Results], Measured]
     judge: Rule
+    remark: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -87,8 +87,11 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
         f"{len(findings)} claims: {said}. echobeam {__version__}, {results.trials} trials per "
         f"point, seed {results.seed}; intervals are 95 %. Verdicts are computed by the rules "
         "below, from intervals: where trials are too few to tell, the lesser verdict stands, and "
-        "more trials may change it. Of a claim's several numbers the table shows the first; all "
-        "stand below it.",
+        "more trials may change it. Of a claim's several numbers the table shows the first, with "
+        "its name; all of them, how each was measured, and the rules stand below. *Within 20 %, "
+        "calibrated*: the rule for a printed number, met with parameters that the paper does not "
+        "give and that were chosen because they meet it. *By construction*: it follows from the "
+        "definition of the schemes.",
         "",
         f"Calibrated: {CALIBRATED}. Agreement is evidence for that reading of the "
         f"paper, not an independent confirmation{hangs}.",
@@ -200,9 +203,11 @@ def gathered(readings: Iterable[str]) -> str:
 def _row(finding: Finding) -> str:
     claim, measured = finding.claim, finding.measured
     paper = claim.paper if isinstance(claim.paper, str) else f"{claim.paper:g} {measured.unit}"
-    ours = written(measured.headline, measured.unit)
+    quantity, headline = next(iter(measured.estimates.items()))
+    remark = f" ({claim.remark})" if claim.remark else ""
     return (
-        f"| {claim.figure} | **{claim.id}**: {claim.text} | {paper} | {ours} | {finding.verdict} |"
+        f"| {claim.figure} | **{claim.id}**: {claim.text} | {paper} | {quantity}: "
+        f"{written(headline, measured.unit)} | {finding.verdict}{remark} |"
     )
 
 

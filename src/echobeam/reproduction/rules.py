@@ -43,6 +43,22 @@ def all_above(bound: float = 0.0) -> Rule:
     return _all(f"above {bound:g}", lambda one: one.low > bound)
 
 
+def first_above(bound: float = 0.0) -> Rule:
+    """Demand of the headline that its whole interval lies above a bound; in part: its value."""
+
+    def decide(measured: Measured) -> Verdict:
+        ours = measured.headline
+        if ours.low > bound:
+            return "reproduced"
+        return "in part" if ours.value > bound else "not reproduced"
+
+    return Rule(
+        f"reproduced: the interval of the first estimate lies above {bound:g}; in part: its value "
+        "does; else not reproduced",
+        decide,
+    )
+
+
 def all_below(bound: float) -> Rule:
     """Demand of every estimate that its whole interval lies below a bound."""
     return _all(f"below {bound:g}", lambda one: one.high < bound)

@@ -106,7 +106,17 @@ def single(n: int = 30) -> Setup:
 
 def long() -> Setup:
     """Return the paper's two objects over 500 ms."""
-    return Setup("long", "paper-long", keep=("truth", "estimated"))
+    return Setup("long", "paper-long", ("temporal", "pilot", "genie"), keep=("truth", "estimated"))
+
+
+BRAKING = 8.0
+"""Deceleration of an emergency stop on a dry road, m/s^2."""
+
+
+def manoeuvre() -> Setup:
+    """Return the same objects while one brakes hard and the other accelerates as hard."""
+    accelerations = (("objects.0.acceleration", -BRAKING), ("objects.1.acceleration", BRAKING))
+    return Setup("manoeuvre", "paper-long", overrides=accelerations)
 
 
 def trajectory() -> Setup:

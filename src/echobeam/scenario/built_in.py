@@ -20,6 +20,11 @@ BUILT_IN = (
 """Names of the scenarios that come with echobeam."""
 
 
+def scenarios() -> list[str]:
+    """Return the names of the built-in scenarios."""
+    return list(BUILT_IN)
+
+
 def preset_text(name: str) -> str:
     """Return a built-in scenario's TOML text, comments and all.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
@@ -11,6 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from echobeam.faults import InputError
+from echobeam.numerals import plain
 from echobeam.scenario.tables import DEFAULT_SCHEMES, PARAMETERS
 
 T = TypeVar("T", bound=BaseModel)
@@ -67,10 +69,12 @@ def read_value(text: str) -> object:
         return text
 
 
-def override(document: dict[str, Any], key: str, value: object) -> str | None:
+def override(document: dict[str, Any], key: Any, value: object) -> str | None:
     """Put a value at a dotted key; return the fault if there is no such place."""
     place: Any = document
-    value = value.item() if isinstance(value, np.generic) else value
+    value = _as_read(value)
+    if not isinstance(key, str):
+        return f"{key!r}: no key; expected a dotted text such as 'uav.height'"
     *parents, last = key.split(".")
     if parents[:1] == ["schemes"]:
         fault = _as_tables(document, parents[1] if len(parents) > 1 else last)
@@ -94,6 +98,18 @@ def override(document: dict[str, Any], key: str, value: object) -> str | None:
     else:
         return f"{key}: not a table"
     return None
+
+
+def _as_read(value: object) -> object:
+    """Return what Python code gives as a file would have it: plain numbers, lists and texts."""
+    value = plain(value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _as_read(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_as_read(item) for item in value]
+    return os.fspath(value) if isinstance(value, os.PathLike) else value
 
 
 def _as_tables(document: dict[str, Any], name: str) -> str | None:

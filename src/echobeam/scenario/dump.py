@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from echobeam.numerals import plain
 from echobeam.scenario.tables import PARAMETERS
 from echobeam.units import UNITS, parse_quantity
 
@@ -98,3 +101,26 @@ def _key(name: str) -> str:
 def key_texts(table: BaseModel) -> dict[str, str]:
     """Return the keys of a table that have a value, with the value as it would be written."""
     return dict(tuple(line.split(" = ", 1)) for line in _assignments(table))  # type: ignore[misc]
+
+
+def value_text(value: object) -> str:
+    """Return a value of Python code as TOML would hold it, NumPy's and tables included.
+
+    Raises
+    ------
+    TypeError
+        If no file can hold it.
+    """
+    value = plain(value)
+    if isinstance(value, Mapping):
+        items = (f"{_key(str(key))} = {value_text(item)}" for key, item in value.items())
+        return f"{{{', '.join(items)}}}"
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(value_text, value))}]"
+    if isinstance(value, os.PathLike):
+        value = os.fspath(value)
+    if isinstance(value, bool | int | float | str):
+        return _text(value, "")
+    raise TypeError(f"{value!r} is no value of a scenario")

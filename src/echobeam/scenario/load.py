@@ -6,16 +6,18 @@ import codecs
 import difflib
 import tomllib
 from collections.abc import Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 
 from echobeam.scenario.built_in import BUILT_IN, preset_text, presets, ships
 from echobeam.scenario.checking import ScenarioError, checked, override, read_value
 from echobeam.scenario.model import Scenario
 
+Source = Scenario | str | PathLike[str]
+"""Scenario, a built-in scenario's name, or the path of a scenario file."""
 
-def load_scenario(
-    source: str | Path | Scenario, overrides: Mapping[str, object] | Sequence[str] = ()
-) -> Scenario:
+
+def load_scenario(source: Source, overrides: Mapping[str, object] | Sequence[str] = ()) -> Scenario:
     """Load a scenario by its built-in name or from a TOML file.
 
     Parameters
@@ -53,9 +55,13 @@ def trace_path(scenario: Scenario) -> Path | None:
     return Path(str(presets() / name)) if ships(name) else Path(name)
 
 
-def _read(source: str | Path) -> tuple[str, str, Path]:
+def _read(source: str | PathLike[str]) -> tuple[str, str, Path]:
     if isinstance(source, str) and source in BUILT_IN:
         return preset_text(source), source, Path(str(presets()))
+    if not isinstance(source, str | PathLike):
+        raise ScenarioError(
+            f"{source!r} is no scenario; expected a Scenario, a built-in name or a file's path"
+        )
     path = Path(source)
     try:
         return path.read_text(encoding="utf-8-sig"), str(source), path.parent
@@ -77,9 +83,11 @@ def _read(source: str | Path) -> tuple[str, str, Path]:
 def _items(overrides: Mapping[str, object] | Sequence[str]) -> list[tuple[str, object]]:
     if isinstance(overrides, Mapping):
         return list(overrides.items())
+    if isinstance(overrides, str):
+        overrides = [overrides]
     items: list[tuple[str, object]] = []
     for text in overrides:
-        key, equals, value = text.partition("=")
+        key, equals, value = str(text).partition("=")
         if not equals or not key.strip():
             raise ScenarioError(f"--set {text}: expected KEY=VALUE, such as uav.height='80 m'")
         items.append((key.strip(), read_value(value.strip())))

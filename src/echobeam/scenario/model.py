@@ -9,6 +9,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from echobeam.brief import html_table
 from echobeam.scenario.built_in import ships
 from echobeam.scenario.checking import checked, override
 from echobeam.scenario.dump import dump_scenario
@@ -150,6 +151,22 @@ class Scenario(Table):
             f"<Scenario {self.name}: {moved}, {self.array.n_tx} antennas, {self.n_slots} slots, "
             f"schemes {', '.join(self.schemes)}>"
         )
+
+    def _repr_html_(self) -> str:
+        """Return the key numbers as a table, for notebooks; `to_toml` says all."""
+        moved = {"trace": self.trace.file} if self.trace else {"objects": len(self.objects)}
+        array, frame = self.array, self.frame
+        rows = {
+            "description": self.description,
+            "schemes": ", ".join(self.schemes),
+            **moved,
+            "antennas": f"{array.n_tx} to send, {array.receivers} to receive",
+            "carrier": f"{self.radio.carrier / 1e9:g} GHz",
+            "height": f"{self.uav.height:g} m",
+            "slots": f"{frame.frames} x {frame.slots_per_frame} of {1e3 * frame.slot:g} ms",
+            "trials": self.trials,
+        }
+        return html_table(f"Scenario {self.name}", rows)
 
     def __str__(self) -> str:
         """Return the same line."""

@@ -9,6 +9,7 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer
 
+from echobeam.numerals import plain, whole
 from echobeam.units import QuantityError, parse_quantity
 
 
@@ -28,11 +29,22 @@ Rate = Annotated[float, _reader("rate"), Field(json_schema_extra={"kind": "rate"
 Number = Annotated[float, _reader("number"), Field(json_schema_extra={"kind": "number"})]
 """Each is a float in SI and radians, read by `parse_quantity` with its kind of unit."""
 
+
+def _read_whole(value: object) -> object:
+    """Return a whole number of any kind as Python's; whatever else is refused after this."""
+    number = whole(value)
+    return value if number is None else number
+
+
+Whole = Annotated[int, BeforeValidator(_read_whole), Field(strict=True)]
+"""Whole number of any kind, not a truth value and not 3.0."""
+
 _PER_ANTENNA = re.compile(r"(.+?)\s*N_t")
 
 
 def _read_ripple(value: object) -> float | str:
     """Accept a number, or a text such as ``"0.1 N_t"`` that follows the array's size."""
+    value = plain(value)
     if isinstance(value, str):
         match = _PER_ANTENNA.fullmatch(value.strip())
         if match is None:
@@ -95,6 +107,7 @@ class FrozenMapping(Mapping[str, V]):
 
 def _read_parameter(value: object) -> object:
     """Accept a value that TOML writes on its own; its scheme checks the rest."""
+    value = plain(value)
     if not isinstance(value, (bool, int, float, str)):
         raise ValueError(f"{value!r} is not accepted; expected a number, a text, true or false")
     if isinstance(value, float) and not math.isfinite(value):

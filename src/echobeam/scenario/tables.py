@@ -24,12 +24,13 @@ from echobeam.scenario.quantities import (
     Ripple,
     Speed,
     Time,
+    Whole,
 )
 from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Axis
 
-Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
-Antennas = Annotated[int, Field(strict=True, ge=1, le=4096)]
+Count = Annotated[Whole, Field(ge=1, le=1_000_000)]
+Antennas = Annotated[Whole, Field(ge=1, le=4096)]
 
 DEFAULT_SCHEMES = ("temporal", "pilot")
 """Schemes that a scenario runs if it names none."""
@@ -198,7 +199,7 @@ class TraceTable(Table):
 
     file: str
     """SUMO FCD XML or CSV, plain or .gz; relative to the scenario file."""
-    max_objects: Annotated[int, Field(strict=True, ge=1, le=1000)] = 3
+    max_objects: Annotated[Whole, Field(ge=1, le=1000)] = 3
     range: Annotated[Length, Field(gt=0)] = 200.0
     """Served are the nearest vehicles within this distance on the ground."""
     start: Time | None = None

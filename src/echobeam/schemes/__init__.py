@@ -11,3 +11,20 @@ the paper's choices, `genie` is a whole scheme of its own. Read `base` first: it
 that every scheme keeps. `registry` finds schemes and parts by name, `configure` gives them their
 parameters, `doors` turns a user's function into a scheme.
 """
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+
+
+class _Room(ModuleType):
+    """Package that returns the names of its schemes when it is called: `echobeam.schemes()`."""
+
+    def __call__(self) -> list[str]:
+        from echobeam.schemes.registry import schemes
+
+        return schemes()
+
+
+sys.modules[__name__].__class__ = _Room

@@ -12,6 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from echobeam.brief import Brief
 from echobeam.faults import InputError, RunError
 from echobeam.physics.array import LinearArray
 from echobeam.physics.polar import POLAR
@@ -37,8 +38,8 @@ class SchemeRunError(SchemeError, RunError):
     """Fault of a scheme during a run: its code raised, or its answer breaks the contract."""
 
 
-@dataclass(frozen=True, slots=True)
-class System:
+@dataclass(frozen=True, slots=True, repr=False)
+class System(Brief):
     """Equipment and task of the UAV, as one scheme is given them.
 
     Attributes
@@ -72,8 +73,8 @@ class System:
         return self.frame.slot
 
 
-@dataclass(frozen=True, slots=True)
-class View:
+@dataclass(frozen=True, slots=True, repr=False)
+class View(Brief):
     """Knowledge of the UAV at the start of a slot, besides the scheme's own belief.
 
     Attributes
@@ -134,8 +135,8 @@ class Belief(Protocol):
         """Mean, covariance and status of every track, in the scenario's state."""
 
 
-@dataclass(frozen=True, slots=True)
-class Decision:
+@dataclass(frozen=True, slots=True, repr=False)
+class Decision(Brief):
     """Decision of a scheme in one slot, for each trial: what is sent, for whom, what is covered.
 
     Attributes

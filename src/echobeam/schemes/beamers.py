@@ -9,6 +9,7 @@ import numpy as np
 
 from echobeam.beamforming.design import design_batch
 from echobeam.beamforming.problem import ProblemBatch
+from echobeam.brief import Brief
 from echobeam.faults import InputError
 from echobeam.physics.link import channel_loss
 from echobeam.scenario.tables import CoverageTable
@@ -19,8 +20,8 @@ from echobeam.values import Array, BoolArray, ComplexArray, Tracks
 COVERAGE_KEYS = tuple(CoverageTable.model_fields)
 
 
-@dataclass(frozen=True, slots=True)
-class Aim:
+@dataclass(frozen=True, slots=True, repr=False)
+class Aim(Brief):
     """Belief that the beams of a slot are made from.
 
     Attributes
@@ -42,8 +43,8 @@ class Aim:
     active: BoolArray
 
 
-@dataclass(frozen=True, slots=True)
-class Beams:
+@dataclass(frozen=True, slots=True, repr=False)
+class Beams(Brief):
     """Beams of a slot, see `echobeam.schemes.base.Decision`.
 
     Attributes

@@ -7,6 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from echobeam.brief import Brief
 from echobeam.physics import transmission
 from echobeam.schemes.answers import check_array, check_mode, check_tracks
 from echobeam.schemes.base import Belief, Decision, SchemeError, View, no_tracks, reported
@@ -58,8 +59,8 @@ class Beamer(Protocol):
         """Return the beams of the trials that send some in this slot."""
 
 
-@dataclass(frozen=True, slots=True)
-class PartsBelief:
+@dataclass(frozen=True, slots=True, repr=False)
+class PartsBelief(Brief):
     """Belief of a scheme of parts: the tracker's, and what (38f) needs of the slots before.
 
     Attributes

@@ -60,6 +60,11 @@ def available() -> dict[str, str]:
     return found
 
 
+def schemes() -> list[str]:
+    """Return the names of the schemes that can be run, built in and plugged in."""
+    return list(available())
+
+
 def available_parts(kind: str) -> dict[str, str]:
     """Return every part of a kind that can be chosen by name, with a few words."""
     found = {name: words for name, (_, _, words) in PARTS[kind].items()}

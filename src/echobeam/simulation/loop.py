@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from echobeam.brief import html_table
 from echobeam.schemes.answers import check_tracks
 from echobeam.schemes.base import Decision, SchemeError, SchemeRunError, View, reported
 from echobeam.schemes.configure import ConfiguredScheme
@@ -77,6 +78,12 @@ class SlotRecord:
         """Return slot, mode and mean sum rate in one line."""
         total = float(np.nansum(self.rate, axis=-1).mean())
         return f"<SlotRecord slot {self.slot}: {self.phase}, {total:.4g} bit/s/Hz>"
+
+    def _repr_html_(self) -> str:
+        """Return the key numbers as a table, for notebooks."""
+        shown = ("time", "truth", "estimated", "rate", "sinr", "covered", "fallback")
+        rows = {name: getattr(self, name) for name in shown}
+        return html_table(f"Slot {self.slot}: {self.phase}", rows)
 
 
 def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord]:

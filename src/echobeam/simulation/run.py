@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, SupportsIndex
 
+from echobeam.numerals import whole
 from echobeam.scenario.checking import ScenarioError
-from echobeam.scenario.load import load_scenario
+from echobeam.scenario.load import Source, load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import configure_all
-from echobeam.simulation.blocks import Advance, cut, run_block
+from echobeam.simulation.blocks import cut, run_block
 from echobeam.simulation.dataset import as_dataset
 from echobeam.simulation.loop import SlotRecord, first_trial, run_slots
 from echobeam.simulation.randomness import MAX_SEED
@@ -25,12 +25,12 @@ MOST_TRIALS = 10_000_000
 
 
 def simulate(
-    scenario: Scenario | str | Path,
+    scenario: Source,
     schemes: Sequence[str | object] | None = None,
-    trials: int | None = None,
-    seed: int = 0,
+    trials: SupportsIndex | None = None,
+    seed: SupportsIndex = 0,
     *,
-    advance: Advance = lambda slots: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> xr.Dataset:
     """Run a scenario and return the result as a labelled dataset.
 
@@ -45,8 +45,8 @@ def simulate(
         Number of trials; the scenario's if left out.
     seed
         Same scenario, seed and version give the same numbers, bit for bit.
-    advance
-        Called with the number of trial-slots done since the last call.
+    progress
+        Called with the trial-slots done so far and in all.
 
     Returns
     -------
@@ -60,17 +60,24 @@ def simulate(
     """
     scenario = as_scenario(scenario)
     chosen = configure_all(scenario, schemes)
-    count = check_count(scenario.trials if trials is None else trials, seed)
+    count, seed = check_count(scenario.trials if trials is None else trials, seed)
     scene = scene_of(scenario)
+    done, total = 0, count * scenario.n_slots * len(chosen)
+
+    def advance(slots: int) -> None:
+        nonlocal done
+        done += slots
+        progress(done, total)
+
     blocks = [run_block(scene, chosen, seed, block, advance) for block in cut(scenario, count)]
     return as_dataset(scene, [scheme.name for scheme in chosen], seed, blocks)
 
 
 def slots(
-    scenario: Scenario | str | Path,
+    scenario: Source,
     scheme: str | object = "temporal",
-    seed: int = 0,
-    trial: int = 0,
+    seed: SupportsIndex = 0,
+    trial: SupportsIndex = 0,
 ) -> Iterator[SlotRecord]:
     """Yield one trial's records slot by slot, as they happen.
 
@@ -83,31 +90,37 @@ def slots(
     """
     scenario = as_scenario(scenario)
     (chosen,) = configure_all(scenario, [scheme])
-    check_count(trial + 1, seed)
-    world = begin(scene_of(scenario), seed, range(trial, trial + 1))
+    number = whole(trial)
+    if number is None or not 0 <= number < MOST_TRIALS:
+        raise ScenarioError(
+            f"trial: {trial!r} is not accepted; expected a whole number from 0 to {MOST_TRIALS - 1}"
+        )
+    _, seed = check_count(1, seed)
+    world = begin(scene_of(scenario), seed, range(number, number + 1))
     for record in run_slots(world, chosen):
         yield first_trial(record)
 
 
-def as_scenario(scenario: Scenario | str | Path) -> Scenario:
+def as_scenario(scenario: Source) -> Scenario:
     """Return a scenario, loading it if its name or file is given."""
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
 
 
-def check_count(trials: int, seed: int) -> int:
-    """Return the number of trials if it and the seed make sense.
+def check_count(trials: SupportsIndex, seed: SupportsIndex) -> tuple[int, int]:
+    """Return the number of trials and the seed, whole numbers of any kind, as Python's.
 
     Raises
     ------
     ScenarioError
-        Otherwise.
+        If they make no sense.
     """
-    if isinstance(trials, bool) or not isinstance(trials, int) or not 1 <= trials <= MOST_TRIALS:
+    count, number = whole(trials), whole(seed)
+    if count is None or not 1 <= count <= MOST_TRIALS:
         raise ScenarioError(
             f"trials: {trials!r} is not accepted; expected a whole number from 1 to {MOST_TRIALS}"
         )
-    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
+    if number is None or not 0 <= number <= MAX_SEED:
         raise ScenarioError(
             f"seed: {seed!r} is not accepted; expected a whole number from 0 to 2^63 - 1"
         )
-    return trials
+    return count, number

@@ -94,6 +94,31 @@ class SchemeSummary:
     frame_rate_over_genie: float
 
 
+SCALARS = {
+    "frame_rate_mean": ("bit/s/Hz", "mean sum rate over slots"),
+    "frame_rate_q05": ("bit/s/Hz", "5 % quantile of a frame's mean sum rate"),
+    "coverage": ("1", "share of true angles inside the covered interval"),
+    "outage": ("1", "share of objects and directional slots below min_rate"),
+    "lost": ("1", "share of objects without a track in the last slot"),
+    "fallbacks": ("1", "trial-slots with fallback beams"),
+    "frame_rate_over_genie": ("1", "mean sum rate over slots, over the genie's"),
+}
+PER_SLOT = {
+    "rate_mean": ("bit/s/Hz", "mean sum rate"),
+    "angle_rmse": ("rad", "RMSE of the posterior angle"),
+    "distance_rmse": ("m", "RMSE of the posterior distance"),
+    "angle_over_bound": ("1", "angle RMSE over the posterior Cramer-Rao bound"),
+    "distance_over_bound": ("1", "distance RMSE over the posterior Cramer-Rao bound"),
+    "nees": ("1", "normalised squared error of the posterior; 3 if honest"),
+    "nis": ("1", "normalised squared innovation per component; 1 if honest"),
+    "rate_over_genie": ("1", "mean sum rate over the genie's"),
+}
+"""Figures of a scheme by their name, of a run and of each slot: unit and meaning."""
+
+SLOT_MEANS = ("angle_over_bound", "distance_over_bound", "nees", "nis")
+"""Per-slot figures of which tables have the mean over the slots that have one."""
+
+
 @dataclass(frozen=True, slots=True)
 class Improvement:
     """How much one scheme's mean sum rate is above another's in one slot, over paired trials."""

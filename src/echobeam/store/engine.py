@@ -24,7 +24,9 @@ COMPUTING = (
     "scenario",
     "traces",
     "values",
+    "brief",
     "units",
+    "numerals",
 )
 """Rooms that a block's numbers come from."""
 

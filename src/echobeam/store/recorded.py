@@ -74,7 +74,7 @@ class BlockPiece:
     """Some trials of a run: their block."""
 
     scene: Scene
-    schemes: tuple[str, ...]
+    schemes: tuple[str | object, ...]
     seed: int
     trials: range
     code: CodeFiles
@@ -91,7 +91,7 @@ class BlockWork:
     """The blocks of one run as tasks whose outcomes are files."""
 
     scene: Scene
-    schemes: tuple[str, ...]
+    schemes: tuple[str | object, ...]
     seed: int
     blocks: tuple[range, ...]
     files: BlockFiles

@@ -13,6 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
+from types import ModuleType
 from typing import Any
 
 from echobeam.faults import RunError
@@ -111,7 +112,7 @@ def _spread(work: Work, jobs: int, missing: Sequence[int], meter: _Meter) -> boo
         # Not `concurrent.futures.wait`: it takes the lock of every future, and Ctrl-C in its midst
         # would leave some of them taken, for which the pool then waits for ever.
         finished: SimpleQueue[Future[None]] = SimpleQueue()
-        with _deaf_to_interrupts():
+        with _deaf_to_interrupts(), _without_script():
             for task in missing:
                 pool.submit(_do_elsewhere, task).add_done_callback(finished.put)
         left = len(missing)
@@ -143,6 +144,25 @@ def _deaf_to_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+_starting = threading.Lock()
+
+
+@contextmanager
+def _without_script() -> Iterator[None]:
+    """Start processes that do not run the script again which started this one.
+
+    `multiprocessing` has them do so for what the script defines. Nothing of it is needed here, and
+    a script without a guard would begin all over in each of them.
+    """
+    with _starting:  # of two threads, one would put back what the other has put in its place
+        script = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = script
 
 
 _here: dict[str, Any] = {}

@@ -13,10 +13,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from echobeam.faults import InputError
-from echobeam.scenario.load import load_scenario
+from echobeam.scenario.load import Source, load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.dataset import attributes
-from echobeam.simulation.summary import SchemeSummary, summarise_statistics
+from echobeam.simulation.summary import (
+    PER_SLOT,
+    SCALARS,
+    SLOT_MEANS,
+    SchemeSummary,
+    summarise_statistics,
+)
 from echobeam.sweeps.coordinates import coordinate, first_repeated
 from echobeam.sweeps.points import Point, Study
 
@@ -142,7 +148,7 @@ class Grid:
         A file that moves the objects at every point; none by default.
     """
 
-    source: str
+    source: Source
     overrides: tuple[str, ...]
     axes: tuple[Varied, ...]
     trace: str | None = None
@@ -210,29 +216,6 @@ class Grid:
                     f"--vary {axis.name}: a value stands twice, as {one} and as {two}; "
                     "give each one once"
                 )
-
-
-SCALARS = {
-    "frame_rate_mean": ("bit/s/Hz", "mean sum rate over slots"),
-    "frame_rate_q05": ("bit/s/Hz", "5 % quantile of a frame's mean sum rate"),
-    "coverage": ("1", "share of true angles inside the covered interval"),
-    "outage": ("1", "share of objects and directional slots below min_rate"),
-    "lost": ("1", "share of objects without a track in the last slot"),
-    "fallbacks": ("1", "trial-slots with fallback beams"),
-    "frame_rate_over_genie": ("1", "mean sum rate over slots, over the genie's"),
-}
-PER_SLOT = {
-    "rate_mean": ("bit/s/Hz", "mean sum rate"),
-    "angle_rmse": ("rad", "RMSE of the posterior angle"),
-    "distance_rmse": ("m", "RMSE of the posterior distance"),
-    "angle_over_bound": ("1", "angle RMSE over the posterior Cramer-Rao bound"),
-    "distance_over_bound": ("1", "distance RMSE over the posterior Cramer-Rao bound"),
-    "nees": ("1", "normalised squared error of the posterior; 3 if honest"),
-    "nis": ("1", "normalised squared innovation per component; 1 if honest"),
-    "rate_over_genie": ("1", "mean sum rate over the genie's"),
-}
-SLOT_MEANS = ("angle_over_bound", "distance_over_bound", "nees", "nis")
-"""Per-slot figures of which a CSV has the mean over the slots that have one."""
 
 
 def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:

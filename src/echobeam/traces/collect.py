@@ -1,7 +1,7 @@
 """The second pass over a trace: the samples that matter to the slots asked for.
 
 A stretch between two successive samples of a vehicle matters if it meets both the time window and
-the stretch of road that the UAV can serve; its two ends are kept, and two samples before and
+the stretch of road that the UAV can serve; its two ends are kept, and some samples before and
 after them, which the speeds at its ends may need. All else is forgotten at once, so memory goes
 with the window and the number of vehicles, not with the length of the file.
 """
@@ -10,16 +10,17 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
+from echobeam.traces.breaks import Visit
 from echobeam.traces.road import Road
 from echobeam.traces.sample import Sample
 from echobeam.values import Array, IntArray
 
-_CONTEXT = 2
+CONTEXT = 3
 """Samples kept before and after a stretch that matters."""
 
 
@@ -43,7 +44,7 @@ class RoadSamples:
     vehicle
         ``(n,)``: index into ``names``.
     visit
-        ``(n,)``: counts how often the vehicle has left the road sideways before.
+        ``(n,)``: counts how often the vehicle was gone before, off the road or elsewhere.
     time
         ``(n,)`` s.
     along, across
@@ -70,16 +71,39 @@ class _Placed(NamedTuple):
 
 
 @dataclass(slots=True)
+class OffRoad:
+    """What was seen beside the road.
+
+    Attributes
+    ----------
+    farthest
+        m from the axis, for each vehicle that was ever off the road.
+    first
+        The first sample off the road.
+    """
+
+    farthest: dict[str, float] = field(default_factory=dict)
+    first: Sample | None = None
+
+    def add(self, sample: Sample, distance: float) -> None:
+        """Add a sample."""
+        self.farthest[sample.name] = max(distance, self.farthest.get(sample.name, 0.0))
+        self.first = self.first or sample
+
+
+@dataclass(slots=True)
 class _Follower:
     """Decides for one vehicle, sample by sample, which ones to keep."""
 
+    context: int
     visit: int = 0
+    number: int = 0
     last: _Placed | None = None
     pending: tuple[_Placed, ...] = ()
     keep_next: int = 0
 
     def leave(self) -> None:
-        """Take note that the vehicle is off the road."""
+        """Take note that the vehicle is gone."""
         if self.last is not None:
             self.visit += 1
         self.last, self.keep_next, self.pending = None, 0, ()
@@ -90,45 +114,55 @@ class _Follower:
         self.last = placed
         if matters:
             keep = [*self.pending, placed]
-            self.pending, self.keep_next = (), _CONTEXT
+            self.pending, self.keep_next = (), self.context
         elif self.keep_next > 0:
             keep = [placed]
             self.keep_next -= 1
         else:
             keep = []
-            self.pending = (*self.pending, placed)[-1 - _CONTEXT :]
+            self.pending = (*self.pending, placed)[-1 - self.context :]
         return keep
 
 
-def collect(samples: Iterable[Sample], road: Road, window: Window) -> RoadSamples:
+def collect(
+    visits: Iterable[Visit], road: Road, window: Window, off: OffRoad, context: int = CONTEXT
+) -> RoadSamples:
     """Return the samples on a road that matter to a window.
 
     Parameters
     ----------
-    samples
+    visits
         A trace's samples, each vehicle's in order of time.
     road
         The road; samples off it end the vehicle's visit.
     window
         Times and distances along the road to be known.
+    off
+        Filled with what is seen beside the road.
+    context
+        Samples kept before and after a stretch that matters.
     """
     followers: dict[str, _Follower] = {}
-    number: dict[str, int] = {}
+    index: dict[str, int] = {}
     kept = array("d")
-    for sample in samples:
+    for sample, number in visits:
         follower = followers.get(sample.name)
         if follower is None:
-            follower = followers[sample.name] = _Follower()
+            follower = followers[sample.name] = _Follower(context)
+        if number != follower.number:
+            follower.number = number
+            follower.leave()
         across = road.across(sample.x, sample.y)
         if abs(across) > road.half_width:
+            off.add(sample, abs(across))
             follower.leave()
             continue
         along = road.along(sample.x, sample.y)
         placed = _Placed(follower.visit, sample.time, along, across, sample.speed)
         for each in follower.follow(placed, window):
-            kept.append(number.setdefault(sample.name, len(number)))
+            kept.append(index.setdefault(sample.name, len(index)))
             kept.extend(each)
-    return _ordered(number, np.array(kept).reshape(-1, 1 + len(_Placed._fields)))
+    return _ordered(index, np.array(kept).reshape(-1, 1 + len(_Placed._fields)))
 
 
 def _meets(one: _Placed, other: _Placed, window: Window) -> bool:
@@ -144,10 +178,10 @@ def _meets(one: _Placed, other: _Placed, window: Window) -> bool:
     )
 
 
-def _ordered(number: dict[str, int], rows: Array) -> RoadSamples:
-    names = tuple(sorted(number))
+def _ordered(index: dict[str, int], rows: Array) -> RoadSamples:
+    names = tuple(sorted(index))
     rank = np.zeros(len(names), dtype=np.int64)
-    rank[[number[name] for name in names]] = np.arange(len(names))
+    rank[[index[name] for name in names]] = np.arange(len(names))
     vehicle = rank[rows[:, 0].astype(np.int64)]
     order = np.lexsort((rows[:, 2], vehicle))
     visit, time, along, across, speed = rows[order, 1:].T

@@ -8,23 +8,20 @@ containers are passed over; coordinates must be metres (SUMO writes degrees unde
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import BinaryIO
 from xml.parsers import expat
 
 from echobeam.traces.sample import Sample, TraceError, fault, read_number
 
-_CHUNK = 1 << 16
 
-
-def fcd_samples(stream: BinaryIO, path: Path) -> Iterator[Sample]:
+def fcd_samples(chunks: Iterable[bytes], path: Path) -> Iterator[Sample]:
     """Yield the samples of an FCD file in its order.
 
     Parameters
     ----------
-    stream
-        The XML, decompressed.
+    chunks
+        The XML, decompressed, in pieces.
     path
         The file's name, for messages.
 
@@ -35,7 +32,7 @@ def fcd_samples(stream: BinaryIO, path: Path) -> Iterator[Sample]:
         is missing or no number; or if a time step goes back in time.
     """
     reader = _FcdReader(path)
-    while chunk := stream.read(_CHUNK):
+    for chunk in chunks:
         reader.feed(chunk)
         yield from reader.samples
         reader.samples.clear()

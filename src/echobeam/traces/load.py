@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import math
 import os
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.traces.collect import Window, collect
+from echobeam.traces.breaks import unbroken, whole
+from echobeam.traces.collect import CONTEXT, OffRoad, Window, collect
 from echobeam.traces.motion import sight
+from echobeam.traces.progress import meter
+from echobeam.traces.repair import Repaired, repair, spacing
 from echobeam.traces.road import Road
-from echobeam.traces.sample import SHORTEST_STEP, fault
+from echobeam.traces.sample import SHORTEST_STEP, TraceWarning, fault
 from echobeam.traces.service import TraceMotion, serve
 from echobeam.traces.source import read_samples
-from echobeam.traces.survey import Survey, survey_trace
+from echobeam.traces.survey import Survey, extent_on, survey_trace
 from echobeam.values import Array
 
 
@@ -33,7 +38,9 @@ def load_motion(
     """Return the vehicles of a trace that a UAV serves, slot by slot.
 
     The file is read twice, sample by sample: once as a whole, for its faults, its time span, its
-    road and its extent, and once for what matters to these slots and this stretch of road.
+    road and its extent, and once for what matters to these slots and this stretch of road. (Once
+    more where some of the traffic is off the road that was fitted.) What is left out, or read
+    otherwise than it is written, is told by a `TraceWarning`.
 
     Parameters
     ----------
@@ -58,7 +65,8 @@ def load_motion(
     Raises
     ------
     TraceError
-        If the trace cannot be used, or ends before the first or begins after the last slot.
+        If the trace cannot be used or contradicts itself, or ends before the first or begins
+        after the last slot.
     ValueError
         If another argument makes no sense.
     """
@@ -66,20 +74,65 @@ def load_motion(
     clock, ground = _checked(times, uav_x, max_objects, range_m, origin, start)
     if os.path.exists(file) and not (os.path.isfile(file) or os.path.isdir(file)):
         raise fault(file, None, "is a pipe or device; accepted is a file that can be read twice")
-    survey = survey_trace(file, read_samples(file), road)
+    survey = survey_trace(file, read_samples(file, meter(file, 0, 2)), road)
     clock += survey.first if start is None else start
     _check_overlap(file, survey, clock)
-    zero = sum(survey.extent) / 2 if origin is None else origin
+    zero = _middle(file, survey) if origin is None else origin
     window = Window(
-        begin=clock[0] - SHORTEST_STEP,
-        end=clock[-1] + SHORTEST_STEP,
+        begin=clock[0] - SHORTEST_STEP - _rounding(survey),
+        end=clock[-1] + SHORTEST_STEP + _rounding(survey),
         low=zero + ground.min() - range_m,
         high=zero + ground.max() + range_m,
     )
-    samples = collect(read_samples(file), survey.road, window)
-    sightings = sight(samples, clock)
+    off = OffRoad()
+    again = read_samples(file, meter(file, 1, 2))
+    visits = unbroken(again, {}) if survey.broken else whole(again)
+    samples = collect(visits, survey.road, window, off, _context(survey))
+    repaired = repair(samples, survey)
+    for note in (*survey.notes, *_notes(survey, off, repaired)):
+        warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
+    sightings = sight(repaired.samples, clock)
     sightings = replace(sightings, position=sightings.position - zero)
     return serve(sightings, samples.names, ground, max_objects, range_m, survey.dropped)
+
+
+def _middle(file: Path, survey: Survey) -> float:
+    """Return the middle of the stretch of road on which vehicles are seen."""
+    extent = survey.extent or extent_on(survey.road, read_samples(file))
+    return sum(extent) / 2
+
+
+def _rounding(survey: Survey) -> float:
+    """Return by how much times may be moved, s."""
+    return 0.0 if survey.step is None else survey.step.digit
+
+
+def _context(survey: Survey) -> int:
+    """Return how many samples the motion around a stretch depends on."""
+    return (CONTEXT + 1) * max(1, math.ceil(spacing(survey) / survey.period))
+
+
+def _notes(survey: Survey, off: OffRoad, repaired: Repaired) -> list[str]:
+    notes = []
+    if off.first is not None:
+        count = len(off.farthest)
+        notes.append(
+            f"{count} of {survey.vehicles} vehicles {'is' if count == 1 else 'are'} off the road "
+            f"(more than {survey.road.half_width:g} m from its axis, up to "
+            f"{max(off.farthest.values()):.4g} m) in some samples or all, first "
+            f"{off.first.name!r} in line {off.first.line}: not served there"
+        )
+    if repaired.unknown:
+        notes.append(
+            f"{repaired.unknown} speed(s) in the slots run contradict the positions before and "
+            "after them (zeros, or marks): read as unknown"
+        )
+    if repaired.jumps:
+        notes.append(
+            f"{repaired.jumps} short jump(s) in the slots run that contradict the speeds: the "
+            "vehicle is gone meanwhile"
+        )
+    return notes
 
 
 def _checked(

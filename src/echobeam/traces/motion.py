@@ -52,7 +52,8 @@ def sight(samples: RoadSamples, clock: Array) -> Sightings:
     """Return where the vehicles are at the slots' times.
 
     A vehicle is there from its first to its last sample and nowhere else: nothing is
-    extrapolated, and a gap of more than `GAP_PERIODS` or a time off the road splits its presence.
+    extrapolated, and a gap of more than `GAP_PERIODS`, a time off the road or a jump splits its
+    presence by a slot at least.
 
     Parameters
     ----------
@@ -61,9 +62,11 @@ def sight(samples: RoadSamples, clock: Array) -> Sightings:
     clock
         ``(slots,)`` s, increasing: the slots' times on the trace's clock.
     """
-    linked = _links(samples)
+    linked = links(samples)
     slope = road_speeds(samples, linked)
     stretch, slot = _slots_in(samples.time, linked, clock)
+    gone = _back_at_once(samples.vehicle[stretch], stretch, slot, linked)
+    stretch, slot = stretch[~gone], slot[~gone]
     h = np.diff(samples.time)[stretch]
     chord = np.diff(samples.along)[stretch] / h
     v0, v1 = slope[:-1][stretch], slope[1:][stretch]
@@ -109,7 +112,7 @@ def road_speeds(samples: RoadSamples, linked: BoolArray) -> Array:
     return speeds
 
 
-def _links(samples: RoadSamples) -> BoolArray:
+def links(samples: RoadSamples) -> BoolArray:
     """Whether each sample and the next belong to one unbroken motion."""
     step = np.diff(samples.time)
     same = (np.diff(samples.vehicle) == 0) & (np.diff(samples.visit) == 0)
@@ -160,6 +163,16 @@ def _road_share(samples: RoadSamples, has_left: BoolArray, has_right: BoolArray)
     share = _ratio(along, way, way > 0)
     largest: Array = np.maximum(share, np.maximum(share[before], share[after]))
     return largest
+
+
+def _back_at_once(
+    vehicle: IntArray, stretch: IntArray, slot: IntArray, linked: BoolArray
+) -> BoolArray:
+    """Whether a vehicle is seen in the very slot after it was gone, as if it had not been."""
+    run = np.append(0, np.cumsum(~linked))[stretch]
+    back = np.zeros(slot.size, dtype=bool)
+    back[1:] = (np.diff(vehicle) == 0) & (np.diff(slot) == 1) & (np.diff(run) != 0)
+    return back
 
 
 def _ratio(numerator: Array, denominator: Array, where: BoolArray) -> Array:

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from echobeam.faults import InputError
-from echobeam.values import Array
+from echobeam.values import Array, BoolArray
 
 HALF_WIDTH = 30.0
-"""m: how far from the axis of a given road a vehicle still counts as on it."""
+"""m: how far from the axis of a road a vehicle still counts as on it."""
 
 _ROUNDEST = 1.0 / 9.0
 """Largest ratio of variances across and along: more than this is no road, but a place."""
+
+
+_FITS = 20
+"""Number of fits after which visits may still come and go: then two roads are too much alike."""
+
+_STANDS = 25.0
+"""m^2: sum of squares below which a visit has no direction."""
 
 
 class RoadError(InputError):
@@ -75,43 +83,119 @@ def road_between(
     return Road(*start, heading, half_width)
 
 
-def fit_road(within: Array, between: Array, centre: tuple[float, float]) -> Road:
+@dataclass(slots=True)
+class Scatter:
+    """One visit's positions in sum, counted from its first one."""
+
+    x: float
+    y: float
+    count: int = 0
+    dx: float = 0.0
+    dy: float = 0.0
+    xx: float = 0.0
+    xy: float = 0.0
+    yy: float = 0.0
+
+    def add(self, x: float, y: float) -> None:
+        """Add a position."""
+        dx, dy = x - self.x, y - self.y
+        self.count += 1
+        self.dx += dx
+        self.dy += dy
+        self.xx += dx * dx
+        self.xy += dx * dy
+        self.yy += dy * dy
+
+
+def fit_road(scatters: Sequence[Scatter]) -> Road:
     """Return the road that vehicles have driven, by total least squares.
 
-    One line per vehicle is fitted, all with the same direction, since lanes are parallel: the
+    One line per visit is fitted, all with the same direction, since lanes are parallel: the
     lanes' offsets then do not turn the axis. The axis runs through the centre of all positions.
     Where no vehicle has moved, one line is fitted through all of them; where all stand at one
     point, every direction gives the same motion, and the x axis is taken.
 
+    Then the visits that are on another road, since their middle is off this one or since they
+    drive across it, are left out and the rest is fitted again, until it stays as it is.
+
     The road is zero where it is nearest to the trace's own (0, 0), so that a road along the
-    trace's x axis keeps its x. It points where its larger component is positive. All vehicles
-    are on it, since it was fitted through them.
+    trace's x axis keeps its x. It points where its larger component is positive.
 
     Parameters
     ----------
-    within
-        ``(2, 2)`` m^2: scatter of positions about the mean of their vehicle.
-    between
-        ``(2, 2)`` m^2: scatter of those means about the centre, weighted by samples.
-    centre
-        m: mean of all positions.
+    scatters
+        The positions of each visit.
 
     Raises
     ------
     RoadError
-        If the positions spread too evenly for one straight road.
+        If the positions spread too evenly for one straight road, or if less than half of them
+        are on the road that fits best.
     """
+    table = np.array(
+        [(s.x, s.y, s.count, s.dx, s.dy, s.xx, s.xy, s.yy) for s in scatters], dtype=float
+    )
+    moved = table[:, 2] > 1  # a single sample of a visit may be anywhere
+    table = table[moved] if moved.any() else table
+    anchor = table[0, :2].copy()  # equal positions give exact zeros
+    count = table[:, 2]
+    shift = table[:, 3:5] / count[:, None]
+    mean = table[:, :2] - anchor + shift
+    own = table[:, [5, 6, 6, 7]].reshape(-1, 2, 2) - count[:, None, None] * (
+        shift[:, :, None] * shift[:, None, :]
+    )
+    chosen = np.ones(count.size, dtype=bool)
+    for _ in range(_FITS):
+        centre, direction = _axis(count[chosen], mean[chosen], own[chosen])
+        on_it = _on_axis(mean - centre, own, direction)
+        if count[on_it].sum() <= 0.5 * count.sum():  # far ones have drawn the centre away
+            centre = _middle(count[chosen], mean[chosen], direction)
+            on_it = _on_axis(mean - centre, own, direction)
+        if (on_it == chosen).all() or not on_it.any():
+            break
+        chosen = on_it
+    if count[on_it].sum() <= 0.5 * count.sum():
+        raise RoadError(
+            "the vehicles do not follow one straight road (half of their samples or more are not "
+            f"within {HALF_WIDTH:g} m of the one that fits best)"
+        )
+    normal = np.array([-direction[1], direction[0]])
+    foot = normal * (normal @ (anchor + centre))
+    return Road(float(foot[0]), float(foot[1]), math.atan2(direction[1], direction[0]))
+
+
+def _axis(count: Array, mean: Array, own: Array) -> tuple[Array, Array]:
+    """Return the centre of visits and the direction in which they spread most."""
+    centre: Array = count @ mean / count.sum()
+    apart = mean - centre
+    within, between = own.sum(axis=0), (count[:, None] * apart).T @ apart
     scatter = next((each for each in (within, between) if np.trace(each) > 0), None)
     if scatter is None:
-        direction = np.array([1.0, 0.0])
-    else:
-        spread, axes = np.linalg.eigh(scatter)
-        if spread[0] > _ROUNDEST * spread[1]:
-            raise RoadError(
-                "the vehicles do not follow one straight road (they spread "
-                f"{math.sqrt(spread[0] / spread[1]):.0%} as much across as along the best axis)"
-            )
-        direction = axes[:, 1] * np.sign(axes[np.argmax(np.abs(axes[:, 1])), 1])
+        return centre, np.array([1.0, 0.0])
+    spread, axes = np.linalg.eigh(scatter)
+    if spread[0] > _ROUNDEST * spread[1]:
+        raise RoadError(
+            "the vehicles do not follow one straight road (they spread "
+            f"{math.sqrt(spread[0] / spread[1]):.0%} as much across as along the best axis)"
+        )
+    direction: Array = axes[:, 1] * np.sign(axes[np.argmax(np.abs(axes[:, 1])), 1])
+    return centre, direction
+
+
+def _middle(count: Array, mean: Array, direction: Array) -> Array:
+    """Return the visit that has as many samples to its left as to its right."""
+    offset = mean @ np.array([-direction[1], direction[0]])
+    order = np.argsort(offset, kind="stable")
+    half = np.searchsorted(np.cumsum(count[order]), count.sum() / 2)
+    middle: Array = mean[order[half]]
+    return middle
+
+
+def _on_axis(apart: Array, own: Array, direction: Array) -> BoolArray:
+    """Whether visits have their middle on a road and do not drive across it."""
     normal = np.array([-direction[1], direction[0]])
-    foot = normal * (normal @ np.array(centre))
-    return Road(float(foot[0]), float(foot[1]), math.atan2(direction[1], direction[0]), math.inf)
+    across = np.einsum("i,nij,j->n", normal, own, normal)
+    along = np.einsum("i,nij,j->n", direction, own, direction)
+    middle_on_it = np.abs(apart @ normal) <= HALF_WIDTH
+    on_it: BoolArray = middle_on_it & (across <= np.maximum(along, _STANDS))
+    return on_it

@@ -5,10 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from echobeam.faults import InputError
+from echobeam.faults import InputError, InputWarning
 
 LARGEST = 1e12
 """Largest size of a number in a trace: room for Unix times in seconds and any map's metres."""
+
+NO_VALUE = -1073741824.0
+"""SUMO's mark for a value that it does not have (``INVALID_DOUBLE_VALUE``)."""
 
 SHORTEST_STEP = 1e-6
 """s: times of one vehicle that are closer than this are the same time."""
@@ -26,6 +29,10 @@ class TraceError(InputError):
     """A trace that cannot be used; the message names the file, the place and what is accepted."""
 
 
+class TraceWarning(InputWarning):
+    """What was left out of a trace, or read otherwise than it is written."""
+
+
 class Sample(NamedTuple):
     """Where one vehicle was at one time.
 
@@ -36,7 +43,7 @@ class Sample(NamedTuple):
     name
         The vehicle's id.
     x, y
-        m, in the trace's plane.
+        m, in the trace's plane; `NO_VALUE` where SUMO had no position.
     speed
         m/s; NaN where the trace gives none.
     line

@@ -10,25 +10,31 @@ import gzip
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO, cast
 
+from echobeam.traces.chunks import Advance, Chunks
 from echobeam.traces.fcd import fcd_samples
-from echobeam.traces.sample import SHORTEST_STEP, Sample, TraceError, fault
-from echobeam.traces.table import REQUIRED, table_samples
+from echobeam.traces.sample import NO_VALUE, SHORTEST_STEP, Sample, TraceError, fault
+from echobeam.traces.table import looks_like_header, table_samples
 
 _FORMATS = (
-    "accepted are SUMO FCD XML and CSV with the header t,id,x,y or t,id,x,y,speed, "
-    "plain or gzip-compressed"
+    "accepted are SUMO FCD XML and CSV with the header t,id,x,y or t,id,x,y,speed or with "
+    "SUMO's column names, plain or gzip-compressed"
 )
 
 
-def read_samples(path: str | Path) -> Iterator[Sample]:
+def _unwatched(done: int) -> None:
+    """Show no progress."""
+
+
+def read_samples(path: str | Path, advance: Advance = _unwatched) -> Iterator[Sample]:
     """Yield the samples of a trace in the file's order, each vehicle's in order of time.
 
     Parameters
     ----------
     path
         SUMO FCD XML or CSV, either may be gzip-compressed.
+    advance
+        Called with the number of bytes of the file that have been read.
 
     Raises
     ------
@@ -37,34 +43,35 @@ def read_samples(path: str | Path) -> Iterator[Sample]:
         missing or no number; if a vehicle goes back in time or has two samples at one time.
     """
     file = Path(path)
-    last_line = 0
+    chunks: Chunks | None = None
     try:
         with file.open("rb") as raw:
-            packed = raw.peek(2)[:2] == b"\x1f\x8b"
-            stream = cast(BinaryIO, gzip.GzipFile(fileobj=raw) if packed else raw)
-            for sample in _in_order(_parsed(stream, file), file):
-                last_line = sample.line
-                yield sample
+            chunks = Chunks(raw, advance)
+            yield from _in_order(_parsed(chunks, file), file)
     except EOFError:
-        raise fault(file, None, f"the gzip data are cut off after line {last_line}") from None
+        raise fault(file, None, f"the gzip data are cut off after line {_lines(chunks)}") from None
     except (gzip.BadGzipFile, zlib.error) as error:
-        raise fault(file, None, f"damaged gzip data after line {last_line} ({error})") from None
+        raise fault(
+            file, None, f"damaged gzip data after line {_lines(chunks)} ({error})"
+        ) from None
     except OSError as error:
         raise fault(file, None, f"cannot be read ({error.strerror}); {_FORMATS}") from None
 
 
-def _parsed(stream: BinaryIO, path: Path) -> Iterator[Sample]:
+def _lines(chunks: Chunks | None) -> int:
+    return 0 if chunks is None else chunks.lines
+
+
+def _parsed(chunks: Chunks, path: Path) -> Iterator[Sample]:
     """Choose the parser by the first characters."""
-    head = cast(gzip.GzipFile, stream).peek(512)[:512]
-    if not head:
+    if not chunks.head:
         raise fault(path, None, f"the file is empty; {_FORMATS}")
-    text = head.decode("utf-8", "replace").lstrip("\ufeff \t\r\n")
+    text = chunks.head.decode("utf-8", "replace").lstrip("\ufeff \t\r\n")
     if text.startswith("<"):
-        return fcd_samples(stream, path)
-    names = {name.strip().strip('"') for name in text.partition("\n")[0].split(",")}
-    if b"\0" in head or not names & set(REQUIRED):
+        return fcd_samples(chunks, path)
+    if b"\0" in chunks.head or not looks_like_header(text):
         raise fault(path, None, f"unknown format, begins with {text[:40]!r}; {_FORMATS}")
-    return table_samples(stream, path)
+    return table_samples(chunks, path)
 
 
 def _in_order(samples: Iterator[Sample], path: Path) -> Iterator[Sample]:
@@ -75,7 +82,7 @@ def _in_order(samples: Iterator[Sample], path: Path) -> Iterator[Sample]:
         if before is not None and sample.time - before < SHORTEST_STEP:
             raise _order_fault(path, sample, before)
         last[sample.name] = sample.time
-        yield sample
+        yield sample if sample.speed != NO_VALUE else sample._replace(speed=float("nan"))
 
 
 def _order_fault(path: Path, sample: Sample, before: float) -> TraceError:

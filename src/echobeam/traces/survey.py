@@ -1,24 +1,26 @@
-"""The first pass over a trace: its time span, its road, and how far it reaches along the road.
+"""The first pass over a trace: what holds for it as a whole, and whether it contradicts itself.
 
 It reads the whole file, so that a damaged one is refused even where the damage lies outside the
-slots, and keeps six numbers per vehicle and the convex hull of the positions.
+slots.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
+from echobeam.traces.breaks import Breaks, unbroken
+from echobeam.traces.check import check_trace
+from echobeam.traces.clock import EvenStep
+from echobeam.traces.outline import Outline
 from echobeam.traces.road import Road, RoadError, fit_road
 from echobeam.traces.sample import Sample, fault
-from echobeam.values import Array
+from echobeam.traces.speeds import Verdict
+from echobeam.traces.totals import Totals, Vehicle
 
-Point = tuple[float, float]
-
-_HULL_BUFFER = 4096
+_INEXACT = (Verdict.INEXACT, Verdict.GROSS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,41 +34,44 @@ class Survey:
     road
         The given road, or the fitted one.
     extent
-        m: the smallest and largest distance along the road of the vehicles on it.
+        m: the smallest and largest distance along the road of the vehicles on it; None if the
+        samples have to be seen again, since the road was fitted and not all of them are on it.
+    vehicles
+        Number of vehicles.
     dropped
-        Number of vehicles with one sample only, which tells no motion.
+        Number of those without two samples between which there is motion.
+    broken
+        Whether there are jumps, or samples without a position.
+    step
+        The even step that rounded times stand for; None where times are what they are.
+    period
+        s between samples, as a rule.
+    position_digits
+        Number of decimals of the positions.
+    speed_share, speeds_at_samples
+        Where in the step before its sample a speed belongs, and whether it is at the sample.
+    marked, inexact
+        Vehicles whose speeds are marks, and those whose speeds differ from what the positions say:
+        neither's are used for motion.
+    notes
+        What was left out or read otherwise than it is written, for people.
     """
 
     first: float
     last: float
     road: Road
-    extent: tuple[float, float]
+    extent: tuple[float, float] | None
+    vehicles: int
     dropped: int
-
-
-@dataclass(slots=True)
-class _Tally:
-    """One vehicle's positions in sum, counted from its first one."""
-
-    x: float
-    y: float
-    count: int = 0
-    dx: float = 0.0
-    dy: float = 0.0
-
-
-@dataclass(slots=True)
-class _Outline:
-    """The convex hull of a stream of points."""
-
-    points: list[Point] = field(default_factory=list)
-    limit: int = _HULL_BUFFER
-
-    def add(self, x: float, y: float) -> None:
-        self.points.append((x, y))
-        if len(self.points) > self.limit:
-            self.points = convex_hull(self.points)
-            self.limit = max(_HULL_BUFFER, 2 * len(self.points))
+    broken: bool
+    step: EvenStep | None
+    period: float
+    position_digits: int
+    speed_share: float
+    speeds_at_samples: bool
+    marked: frozenset[str]
+    inexact: frozenset[str]
+    notes: tuple[str, ...]
 
 
 def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None) -> Survey:
@@ -85,63 +90,78 @@ def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None
     ------
     TraceError
         If there is no sample, no vehicle has two, none is on the given road, or no road can be
-        fitted.
+        fitted; if speeds, times and positions contradict each other.
     """
-    first, last = float("inf"), float("-inf")
-    tallies: dict[str, _Tally] = {}
-    outline = _Outline()
-    squares = [0.0, 0.0, 0.0]
-    for sample in samples:
-        first, last = min(first, sample.time), max(last, sample.time)
-        tally = tallies.get(sample.name)
-        if tally is None:
-            tally = tallies[sample.name] = _Tally(sample.x, sample.y)
-        dx, dy = sample.x - tally.x, sample.y - tally.y
-        tally.count += 1
-        tally.dx += dx
-        tally.dy += dy
-        squares[0] += dx * dx
-        squares[1] += dx * dy
-        squares[2] += dy * dy
-        if road is None or road.holds(sample.x, sample.y):
-            outline.add(sample.x, sample.y)
-    dropped = sum(tally.count == 1 for tally in tallies.values())
-    _check(path, tallies, dropped, outline, road)
-    road = _fitted(path, tallies, squares) if road is None else road
+    totals = Totals()
+    found: dict[str, Breaks] = {}
+    for sample, visit in unbroken(samples, found):
+        totals.take(sample, visit, found, road)
+    vehicles = totals.vehicles
+    for vehicle in vehicles.values():
+        vehicle.speeds.end()
+    step = totals.clock.even_step(vehicle.ticks for vehicle in vehicles.values())
+    totals.timing.rounding = 0.0 if step is None else step.digit
+    dropped = sum(vehicle.speeds.steps == 0 for vehicle in vehicles.values())
+    _check_samples(path, found, vehicles)
+    notes = check_trace(path, totals, found)
+    _check_motion(path, vehicles, dropped, totals.outline, road)
+    fitted = _fitted(path, vehicles) if road is None else road
+    verdicts = {name: vehicle.speeds.verdict() for name, vehicle in vehicles.items()}
+    return Survey(
+        totals.first,
+        totals.last,
+        fitted,
+        _extent(totals.outline, fitted),
+        len(vehicles),
+        dropped,
+        any(each.jumps or each.unplaced for each in found.values()),
+        step,
+        totals.clock.period,
+        totals.position_digits,
+        totals.timing.share,
+        totals.timing.at_samples,
+        frozenset(name for name, verdict in verdicts.items() if verdict is Verdict.MARK),
+        frozenset(name for name, verdict in verdicts.items() if verdict in _INEXACT),
+        notes,
+    )
+
+
+def extent_on(road: Road, samples: Iterable[Sample]) -> tuple[float, float]:
+    """Return the smallest and largest distance along a road, m, of the samples that are on it."""
+    low, high = math.inf, -math.inf
+    for sample, _ in unbroken(samples, {}):
+        if road.holds(sample.x, sample.y):
+            along = road.along(sample.x, sample.y)
+            low, high = min(low, along), max(high, along)
+    return low, high
+
+
+def _extent(outline: Outline, road: Road) -> tuple[float, float] | None:
+    if not all(road.holds(x, y) for x, y in outline.points):
+        return None
     reach = [road.along(x, y) for x, y in outline.points]
-    return Survey(first, last, road, (min(reach), max(reach)), dropped)
+    return min(reach), max(reach)
 
 
-def convex_hull(points: list[Point]) -> list[Point]:
-    """Return the corners of the smallest convex polygon around points (monotone chain)."""
-    ordered = sorted(set(points))
-    if len(ordered) < 3:
-        return ordered
-    return _half_hull(ordered) + _half_hull(ordered[::-1])
+_WANTED = "accepted is a trace with at least two samples of one vehicle"
 
 
-def _half_hull(ordered: list[Point]) -> list[Point]:
-    chain: list[Point] = []
-    for x, y in ordered:
-        while len(chain) > 1:
-            (x0, y0), (x1, y1) = chain[-2:]
-            if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 0:
-                break
-            chain.pop()
-        chain.append((x, y))
-    return chain[:-1]
-
-
-def _check(
-    path: Path, tallies: dict[str, _Tally], dropped: int, outline: _Outline, road: Road | None
-) -> None:
-    wanted = "accepted is a trace with at least two samples of one vehicle"
-    if not tallies:
-        raise fault(path, None, f"the trace holds no vehicle; {wanted}")
-    if dropped == len(tallies):
+def _check_samples(path: Path, found: dict[str, Breaks], vehicles: dict[str, Vehicle]) -> None:
+    if not found:
+        raise fault(path, None, f"the trace holds no vehicle; {_WANTED}")
+    if not vehicles:
+        raise fault(path, None, f"no sample of the trace has a position; {_WANTED}")
+    if not any(each.steps for each in found.values()):
         raise fault(
-            path, None, f"the trace holds one sample of each of {dropped} vehicle(s); {wanted}"
+            path, None, f"the trace holds one sample of each of {len(found)} vehicle(s); {_WANTED}"
         )
+
+
+def _check_motion(
+    path: Path, vehicles: dict[str, Vehicle], dropped: int, outline: Outline, road: Road | None
+) -> None:
+    if dropped == len(vehicles):
+        raise fault(path, None, f"no two samples of a vehicle belong together; {_WANTED}")
     if road is not None and not outline.points:
         raise fault(
             path,
@@ -152,24 +172,9 @@ def _check(
         )
 
 
-def _fitted(path: Path, tallies: dict[str, _Tally], squares: list[float]) -> Road:
-    within, between, centre = _scatter(list(tallies.values()), squares)
+def _fitted(path: Path, vehicles: dict[str, Vehicle]) -> Road:
+    scatters = [each for vehicle in vehicles.values() for each in vehicle.scatters]
     try:
-        return fit_road(within, between, centre)
+        return fit_road(scatters)
     except RoadError as error:
         raise fault(path, None, f"{error}; accepted is such a trace with a road given") from None
-
-
-def _scatter(tallies: list[_Tally], squares: list[float]) -> tuple[Array, Array, Point]:
-    """Split the scatter of all positions into that within and that between vehicles."""
-    xx, xy, yy = squares
-    count = np.array([float(tally.count) for tally in tallies])
-    shift = np.array([[tally.dx, tally.dy] for tally in tallies]) / count[:, None]
-    within = np.array([[xx, xy], [xy, yy]]) - (count[:, None] * shift).T @ shift
-    # Counted from the first vehicle's first position: equal positions give exact zeros.
-    anchor = np.array([tallies[0].x, tallies[0].y])
-    means = np.array([[tally.x, tally.y] for tally in tallies]) - anchor + shift
-    mean = count @ means / count.sum()
-    apart = means - mean
-    between = (count[:, None] * apart).T @ apart
-    return within, between, (float(anchor[0] + mean[0]), float(anchor[1] + mean[1]))

@@ -1,29 +1,73 @@
-"""Comma-separated traces with the header ``t,id,x,y`` or ``t,id,x,y,speed``.
+"""Tables of samples: CSV with the header ``t,id,x,y[,speed]``, or as SUMO writes it.
 
 Columns stand in any order, others are passed over, ids may be quoted, and an empty ``speed``
-means that it is not known. Vehicles may be mixed by time or listed one after the other.
+means that it is not known. Vehicles may be mixed by time or listed one after the other. SUMO
+separates by semicolons, names its columns ``timestep_time``, ``vehicle_id`` and so on, leaves all
+of a vehicle's fields empty in a time step without vehicles, and puts persons into the vehicles'
+columns: they have an edge and no lane. As in SUMO's XML, persons are passed over.
 """
 
 from __future__ import annotations
 
 import csv
-import io
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import NamedTuple
 
 from echobeam.traces.sample import Sample, fault, read_number
 
-REQUIRED = ("t", "id", "x", "y")
+_REQUIRED = ("t", "id", "x", "y")
+_NAMES = {
+    "t": ("t", "time", "timestep_time"),
+    "id": ("id", "vehicle_id"),
+    "x": ("x", "vehicle_x"),
+    "y": ("y", "vehicle_y"),
+    "speed": ("speed", "vehicle_speed"),
+    "lane": ("lane", "vehicle_lane"),
+    "edge": ("edge", "vehicle_edge"),
+}
+_SEPARATORS = (",", ";", "\t")
+_LONGEST_LINE = 1 << 20
 
 
-def table_samples(stream: BinaryIO, path: Path) -> Iterator[Sample]:
-    """Yield the samples of a CSV trace in its order.
+class _Columns(NamedTuple):
+    """Where the columns that count stand, and how many there are in all."""
+
+    t: int
+    id: int
+    x: int
+    y: int
+    speed: int | None
+    lane: int | None
+    edge: int | None
+    width: int
+    sumo: bool
+
+    def is_person(self, row: list[str]) -> bool:
+        """Whether a row of SUMO's is one of a person, who is on an edge but in no lane."""
+        return (
+            self.edge is not None
+            and self.lane is not None
+            and bool(row[self.edge].strip())
+            and not row[self.lane].strip()
+        )
+
+
+def looks_like_header(text: str) -> bool:
+    """Whether the beginning of a file may be a header, if perhaps an incomplete one."""
+    line = text.partition("\n")[0]
+    names = set(_split(line, _separator(line)))
+    return any(names & set(_NAMES[column]) for column in _REQUIRED)
+
+
+def table_samples(chunks: Iterable[bytes], path: Path) -> Iterator[Sample]:
+    """Yield the samples of a table in its order.
 
     Parameters
     ----------
-    stream
-        The text in UTF-8, decompressed.
+    chunks
+        The text in UTF-8, decompressed, in pieces.
     path
         The file's name, for messages.
 
@@ -33,58 +77,113 @@ def table_samples(stream: BinaryIO, path: Path) -> Iterator[Sample]:
         If columns are missing or doubled, a row has another number of fields than the header
         (as a cut-off last one has), quotes are not closed, or a value is missing or no number.
     """
-    rows = csv.reader(io.TextIOWrapper(stream, encoding="utf-8-sig", newline=""), strict=True)
-    columns: dict[str, int] | None = None
-    width = 0
+    lines = _text_lines(chunks, path)
+    header = ""
+    before = 0
+    for header in lines:
+        if header.strip():
+            break
+        before += 1
+    separator = _separator(header)
+    columns = _columns(path, before + 1, _split(header, separator))
+    rows = csv.reader(lines, strict=True, delimiter=separator)
     try:
         for row in rows:
+            line = before + 1 + rows.line_num
             if not row:
                 continue
-            if columns is None:
-                columns, width = _columns(path, rows.line_num, row), len(row)
-            elif len(row) != width:
+            if len(row) != columns.width:
                 raise fault(
                     path,
-                    rows.line_num,
-                    f"{len(row)} fields (cut off?); accepted are {width}, as in the header",
+                    line,
+                    f"{len(row)} fields (cut off?); accepted are {columns.width}, as in the header",
                 )
-            else:
-                yield _sample(path, rows.line_num, row, columns)
+            if (sample := _sample(path, line, row, columns)) is not None:
+                yield sample
     except csv.Error as error:
         raise fault(
-            path, rows.line_num, f"damaged row ({error}); accepted are comma-separated values"
-        ) from None
-    except UnicodeDecodeError:
-        raise fault(
-            path, rows.line_num + 1, "not readable as text; accepted is UTF-8 from here on"
+            path,
+            before + 1 + rows.line_num,
+            f"damaged row ({error}); accepted are values separated by {separator!r}",
         ) from None
 
 
-def _columns(path: Path, line: int, header: list[str]) -> dict[str, int]:
+def _text_lines(chunks: Iterable[bytes], path: Path) -> Iterator[str]:
+    """Yield the lines with their ends, decoded one by one, so that faults have their line."""
+    for count, line in enumerate(_byte_lines(chunks, path), start=1):
+        try:
+            yield line.decode("utf-8-sig" if count == 1 else "utf-8")
+        except UnicodeDecodeError as error:
+            raise fault(
+                path,
+                count,
+                f"not readable as text (byte 0x{line[error.start]:02x}); accepted is UTF-8",
+            ) from None
+
+
+def _byte_lines(chunks: Iterable[bytes], path: Path) -> Iterator[bytes]:
+    """Yield the lines with their ends: of Unix, of Windows, or of old Macs."""
+    rest = b""
+    for chunk in chunks:
+        block = rest + chunk
+        lines = block.splitlines(keepends=True)
+        # The last line may go on, and a last \r may be half of \r\n.
+        rest = lines.pop() if not block.endswith(b"\n") else b""
+        if len(rest) > _LONGEST_LINE:
+            raise fault(path, None, f"a line of more than {_LONGEST_LINE} bytes is in no trace")
+        yield from lines
+    if rest:
+        yield rest
+
+
+def _separator(header: str) -> str:
+    """Return what separates the columns: the one of which the header has most."""
+    return max(_SEPARATORS, key=header.count)
+
+
+def _split(header: str, separator: str) -> list[str]:
+    return [re.sub(r'^"(.*)"$', r"\1", name.strip()).strip() for name in header.split(separator)]
+
+
+def _columns(path: Path, line: int, names: list[str]) -> _Columns:
     """Return where the columns that count stand."""
-    names = [name.strip() for name in header]
-    accepted = "accepted is a header with t, id, x, y and, if known, speed"
-    if missing := [name for name in REQUIRED if name not in names]:
+    accepted = (
+        "accepted is a header with t, id, x, y and, if known, speed, or with SUMO's column names"
+    )
+    found = {
+        column: [place for place, name in enumerate(names) if name in known]
+        for column, known in _NAMES.items()
+    }
+    if missing := [column for column in _REQUIRED if not found[column]]:
         text = ",".join(names)
         raise fault(
             path, line, f"no column {', '.join(missing)} in the header {text[:80]!r}; {accepted}"
         )
-    columns = {name: names.index(name) for name in (*REQUIRED, "speed") if name in names}
-    if doubled := [name for name in columns if names.count(name) > 1]:
+    if doubled := [column for column, places in found.items() if len(places) > 1]:
         raise fault(path, line, f"column {', '.join(doubled)} more than once; {accepted}")
-    return columns
+    t, id_, x, y = (found[column][0] for column in _REQUIRED)
+    speed, lane, edge = (
+        found[column][0] if found[column] else None for column in ("speed", "lane", "edge")
+    )
+    return _Columns(t, id_, x, y, speed, lane, edge, len(names), names[t] != "t")
 
 
-def _sample(path: Path, line: int, row: list[str], columns: dict[str, int]) -> Sample:
-    name = row[columns["id"]].strip()
+def _sample(path: Path, line: int, row: list[str], columns: _Columns) -> Sample | None:
+    """Return the sample of a row; None for a row of SUMO's in which there is no vehicle."""
+    if columns.sumo and columns.is_person(row):
+        return None
+    name = row[columns.id].strip()
+    x, y = row[columns.x], row[columns.y]
     if not name:
+        if columns.sumo and not x.strip() and not y.strip():
+            return None
         raise fault(path, line, "id is empty; accepted is a non-empty id")
-    speed = row[columns["speed"]] if "speed" in columns else ""
+    speed = row[columns.speed].strip() if columns.speed is not None else ""
     return Sample(
-        read_number(path, line, "t", row[columns["t"]]),
+        read_number(path, line, "t", row[columns.t]),
         name,
-        read_number(path, line, "x", row[columns["x"]]),
-        read_number(path, line, "y", row[columns["y"]]),
-        read_number(path, line, "speed", speed) if speed.strip() else float("nan"),
+        read_number(path, line, "x", x),
+        read_number(path, line, "y", y),
+        read_number(path, line, "speed", speed) if speed else float("nan"),
         line,
     )

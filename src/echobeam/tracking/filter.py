@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from echobeam.brief import Brief
 from echobeam.estimation import gaussian
 from echobeam.tracking.life import living
 from echobeam.tracking.models import MeasurementModel, MotionModel
 from echobeam.values import Array, BoolArray, GaussianState, StateSpace, UavState
 
 
-@dataclass(frozen=True, slots=True)
-class Update:
+@dataclass(frozen=True, slots=True, repr=False)
+class Update(Brief):
     """Posterior of a slot, and what gating, association and consistency need besides.
 
     Attributes

@@ -30,6 +30,11 @@ class Proof:
             self._bound = self._bound()
         return self._bound
 
+    @property
+    def known(self) -> bool:
+        """Whether the bound stands already."""
+        return not callable(self._bound)
+
     def __repr__(self) -> str:
         """Show the bound if it is known; showing is not asking."""
         return f"Proof({'not asked for yet' if callable(self._bound) else self._bound})"

@@ -51,6 +51,19 @@ def first_loss(results: Results) -> Measured:
     )
 
 
+def pilot_start(results: Results) -> Measured:
+    """Measure the pilot scheme's rate in its first slot of service over the proposed one's."""
+    return Measured(
+        {
+            label: gain_percent(
+                results[name].sum_rate("pilot")[:, 1], results[name].sum_rate("temporal")[:, 1]
+            )
+            for label, name in SETUPS.items()
+        },
+        "%",
+    )
+
+
 def decline(results: Results) -> Measured:
     """Measure how far the pilot scheme's rate falls from slot 2 to the frame's last."""
     return Measured(
@@ -115,6 +128,7 @@ CLAIMS = (
         f"mean rates over paired trials; {CALIBRATED}",
         _gain(headline("paper-single").name),
         near(136.0),
+        "within 20 %, calibrated",
     ),
     Claim(
         "multi-improvement",
@@ -125,6 +139,7 @@ CLAIMS = (
         f"mean sum rates over paired trials; {CALIBRATED}",
         _gain(headline("paper-multi").name),
         near(156.0),
+        "within 20 %, calibrated",
     ),
     Claim(
         "outperforms-pilot",
@@ -158,6 +173,15 @@ CLAIMS = (
         all_above(0.0),
     ),
     Claim(
+        "pilot-high-at-first",
+        "t1",
+        "the pilot scheme achieves high communication performance [before it is surpassed]",
+        "high",
+        f"its mean rate in slot 2 over the proposed scheme's in that slot, paired; {CALIBRATED}",
+        pilot_start,
+        all_above(0.0),
+    ),
+    Claim(
         "pilot-first-slot",
         "t1",
         "the pilot scheme loses communication opportunities in the initial time slot",
@@ -166,6 +190,7 @@ CLAIMS = (
         "the definition of the scheme",
         first_loss,
         all_above(99.0),
+        "by construction",
     ),
     Claim(
         "pilot-declines",

@@ -6,15 +6,24 @@ from itertools import pairwise
 
 import numpy as np
 
-from echobeam.reproduction.estimates import bootstrap, rms, rms_ratio
+from echobeam.physics.geometry import offset
+from echobeam.reproduction.estimates import bootstrap, proportion, rms, rms_ratio
 from echobeam.reproduction.figures.trajectories import errors
 from echobeam.reproduction.records import Claim, Estimate, Measured
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.rules import all_above, all_below
 from echobeam.reproduction.setups import ANTENNAS, ANTENNAS_FOR_TWO, multi, single, trajectory
+from echobeam.schemes.configure import system_for
+from echobeam.simulation.forecast import forecasts
 from echobeam.values import Array
 
 FEW, MANY = ANTENNAS[0], ANTENNAS[-1]
+COMPONENTS = ("distance", "angle")
+DISRUPTED = 40
+"""Slot after which measurements are missing, well after the first frames."""
+
+AHEAD = (5, 10, 20)
+"""Lengths of the disruption, slots."""
 
 
 def same_start(results: Results) -> Measured:
@@ -96,6 +105,38 @@ def distance_in_antennas(results: Results) -> Measured:
     )
 
 
+def fast_object(results: Results) -> Measured:
+    """Measure how the errors of the faster object fall from slot 1 to slot 10."""
+    outcome = results[multi().name]
+    fast = int(np.argmax([abs(one.velocity) for one in outcome.scenario.objects]))
+    errors_of = {name: outcome.error("temporal", name)[..., fast] for name in COMPONENTS}
+    return Measured(
+        {name: _percent(off[:, 9], off[:, 0]).negated() for name, off in errors_of.items()}
+        | {
+            "kept": proportion(np.isfinite(errors_of["distance"][:, 9])).scaled(100.0),
+        },
+        "%",
+    )
+
+
+def prediction_ahead(results: Results) -> Measured:
+    """Measure the position's error after some slots without any measurement."""
+    outcome = results[trajectory().name]
+    mean, cov = (outcome.of(name, "temporal") for name in ("estimated", "estimated_cov"))
+    truth, velocity = outcome.kept["truth"], outcome.kept["uav_velocity"]
+    system = system_for(outcome.scenario, "temporal")
+    made = np.array([DISRUPTED - 1])
+    found = {}
+    for one in forecasts(mean[:, made], cov[:, made], made, max(AHEAD), velocity, system):
+        if one.horizon in AHEAD:
+            there = truth[:, DISRUPTED - 1 + one.horizon]
+            off = offset(one.mean[:, 0]) - offset(there)
+            share = 100 * np.hypot(off[..., 0], off[..., 1]) / there[..., 1]
+            per_trial = np.sqrt(np.mean(share**2, axis=-1))
+            found[f"{one.horizon} slots"] = bootstrap(rms, per_trial)
+    return Measured(found, "% of the distance")
+
+
 def prediction_close(results: Results) -> Measured:
     """Measure the predicted position's error after the first frame, as a share of the distance."""
     outcome = results[trajectory().name]
@@ -139,6 +180,7 @@ CLAIMS = (
         "power and meet the same noise",
         same_start,
         all_below(1e-6),
+        "by construction",
     ),
     Claim(
         "pilot-angle-degrades",
@@ -185,6 +227,27 @@ CLAIMS = (
         "fall of the distance RMSE in slot 10, both objects, with the number of antennas",
         distance_in_antennas,
         all_above(0.0),
+    ),
+    Claim(
+        "stable-at-high-speed",
+        "t4",
+        "the addition of the EKF enables stable tracking even at high speeds",
+        "stable",
+        "faster object (30 m/s): fall of its distance and its angle RMSE from slot 1 to slot 10, "
+        "and the share of trials in which it is still tracked",
+        fast_object,
+        all_above(0.0),
+    ),
+    Claim(
+        "accurate-amidst-disruptions",
+        "t5",
+        "maintaining high accuracy even amidst sporadic communication disruptions, courtesy of its "
+        "multi-step predictive capability",
+        "high accuracy",
+        f"root mean square error of the position predicted in slot {DISRUPTED} for 5, 10 and 20 "
+        "slots of 10 ms without a measurement; high accuracy: below 1 % of the distance",
+        prediction_ahead,
+        all_below(1.0),
     ),
     Claim(
         "prediction-close",

@@ -9,7 +9,7 @@ from echobeam.plots.record import Axis, FigureData, Guide, Panel, interval_serie
 from echobeam.reproduction.captions import setting
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Outcome, Results
-from echobeam.reproduction.setups import long
+from echobeam.reproduction.setups import long, manoeuvre
 from echobeam.simulation.summary import mean_interval
 from echobeam.values import Array
 
@@ -68,7 +68,7 @@ def data(results: Results) -> FigureData:
 FIGURE = Figure(
     "t6",
     "500 ms of service: dips at the omni slots, throughput per frame",
-    (long(),),
+    (long(), manoeuvre()),
     data,
     place=8,
 )

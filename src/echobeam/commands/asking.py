@@ -1,0 +1,262 @@
+"""Requests of a user: what is given to a command, read with all faults at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+from textwrap import indent
+from typing import SupportsIndex, TypeVar
+
+from echobeam.faults import InputError
+from echobeam.numerals import whole
+from echobeam.scenario.built_in import BUILT_IN
+from echobeam.scenario.dump import value_text
+from echobeam.scenario.load import Source, load_scenario
+from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import configure_all
+from echobeam.simulation.run import check_count
+from echobeam.store.workers import Workers
+
+Found = TypeVar("Found")
+
+Settings = Mapping[str, object] | Sequence[str]
+"""Overrides of a scenario: ``{"uav.height": "80 m"}``, or texts ``"uav.height=80 m"``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Request of a user, not read yet.
+
+    Attributes
+    ----------
+    source
+        What to run.
+    schemes
+        By name or file; none means the scenario's.
+    trials
+        None means as many as the scenario says.
+    seed
+        Seed of all randomness.
+    overrides
+        Texts ``KEY=VALUE``.
+    trace
+        A file that moves the objects.
+    workers
+        Processes on this machine, or a cluster.
+    resume, force
+        Go on with what was interrupted; replace what is there.
+    """
+
+    source: Source
+    schemes: tuple[str, ...]
+    trials: SupportsIndex | None
+    seed: SupportsIndex
+    overrides: tuple[str, ...]
+    trace: str | None
+    workers: Workers
+    resume: bool
+    force: bool
+
+    def read(self, also: Sequence[Callable[[], object]] = ()) -> Asked:
+        """Read the scenario with the schemes and numbers given for it.
+
+        Parameters
+        ----------
+        also
+            Whatever else is to be read; its faults are told with the others.
+
+        Raises
+        ------
+        InputError
+            Tells all that is wrong at once.
+        """
+        faults = Faults()
+        for text in self.overrides:
+            faults.of(_check_setting, text)
+        settings = [text for text in self.overrides if "=" in text]
+        scenario = faults.of(load_scenario, self.source, settings)
+        if scenario is not None and self.trace is not None:
+            scenario = faults.of(scenario.with_trace, self.trace)
+        for name in self.schemes:
+            faults.of(configure_all, scenario or load_scenario(BUILT_IN[0]), [name])
+        if scenario is not None and not self.schemes:
+            faults.of(_labelled, self._label(), configure_all, scenario, None)
+        faults.of(check_count, 1 if self.trials is None else self.trials, 0)
+        faults.of(check_count, 1, self.seed)
+        for further in also:
+            faults.of(further)
+        faults.check()
+        assert scenario is not None
+        count, seed = check_count(
+            scenario.trials if self.trials is None else self.trials, self.seed
+        )
+        return Asked(scenario, self.schemes or scenario.schemes, count, seed)
+
+    def _label(self) -> str:
+        return self.source.name if isinstance(self.source, Scenario) else fspath(self.source)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """Scenario, schemes and numbers of a request, all of them known to be usable."""
+
+    scenario: Scenario
+    schemes: tuple[str, ...]
+    trials: int
+    seed: int
+
+
+class Faults:
+    """Collects what is wrong, so that a user hears all of it at once."""
+
+    def __init__(self) -> None:
+        self.messages: list[str] = []
+        self.details = ""
+
+    def of(self, read: Callable[..., Found], *arguments: object) -> Found | None:
+        """Return what a call gives, or keep its fault and return None."""
+        try:
+            return read(*arguments)
+        except InputError as error:
+            self.messages.append(str(error))
+            self.details += error.details
+            return None
+
+    def check(self) -> None:
+        """Raise the faults found, if any.
+
+        Raises
+        ------
+        InputError
+            The only one as it is, several as a list.
+        """
+        if len(self.messages) > 1:
+            listed = "\n".join(indent(message, "  ") for message in self.messages)
+            raise InputError(f"{len(self.messages)} things are wrong\n{listed}", self.details)
+        if self.messages:
+            raise InputError(self.messages[0], self.details)
+
+
+def request(
+    source: Source,
+    *,
+    schemes: str | Sequence[str] | None,
+    scheme: str | Sequence[str] | None = None,
+    trials: SupportsIndex | None,
+    seed: SupportsIndex,
+    set: Settings | None,
+    trace: str | PathLike[str] | None,
+    jobs: SupportsIndex,
+    dask: str | None,
+    resume: bool,
+    force: bool,
+) -> Request:
+    """Return what Python code asks for, in the form that the command line gives.
+
+    Raises
+    ------
+    InputError
+        If an argument is of no use.
+    """
+    return Request(
+        source,
+        scheme_names(schemes, scheme),
+        trials,
+        seed,
+        setting_texts(set),
+        None if trace is None else fspath(trace),
+        Workers(job_count(jobs), dask),
+        resume,
+        force,
+    )
+
+
+def scheme_names(
+    schemes: str | Sequence[str] | None, scheme: str | Sequence[str] | None = None
+) -> tuple[str, ...]:
+    """Return the names of the schemes asked for, none for the scenario's.
+
+    Raises
+    ------
+    InputError
+        If both words are used, none is named, or a scheme is no text.
+    """
+    if schemes is not None and scheme is not None:
+        raise InputError("schemes and scheme are one; give one of the two")
+    asked = scheme if schemes is None else schemes
+    if asked is None:
+        return ()
+    names = (asked,) if isinstance(asked, str) or not isinstance(asked, Sequence) else tuple(asked)
+    if not names:
+        raise InputError("no scheme is asked for; give at least one")
+    for name in names:
+        if not isinstance(name, str):
+            raise InputError(
+                f"scheme {name!r}: expected a name or path/to/file.py:name, which an interrupted "
+                "run and other processes find again; echobeam.simulate takes functions and objects"
+            )
+    return names
+
+
+def setting_texts(settings: Settings | None) -> tuple[str, ...]:
+    """Return overrides as texts ``KEY=VALUE`` that read back to the same values.
+
+    Raises
+    ------
+    InputError
+        If a value is none that a scenario file could hold.
+    """
+    if settings is None:
+        return ()
+    if isinstance(settings, str):
+        return (settings,)
+    if not isinstance(settings, Mapping):
+        return tuple(settings)
+    return tuple(f"{key}={_text(key, value)}" for key, value in settings.items())
+
+
+def _text(key: str, value: object) -> str:
+    try:
+        return value_text(value)
+    except TypeError:
+        raise InputError(
+            f"--set {key}: {value!r} is not accepted; expected a text, a number, true, false or a "
+            "list of them"
+        ) from None
+
+
+def job_count(jobs: SupportsIndex) -> int:
+    """Return a number of processes as Python's whole number.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    count = whole(jobs)
+    if count is None or count < 1:
+        raise InputError(f"jobs: {jobs!r} is not accepted; expected a whole number from 1")
+    return count
+
+
+def target(out: str | PathLike[str] | None, default: str) -> Path:
+    """Return where a result goes: as given, or under the default name here."""
+    return Path(default if out is None else out)
+
+
+def _labelled(label: str, read: Callable[..., Found], *arguments: object) -> Found:
+    """Return what a call gives; its fault says where it stands."""
+    try:
+        return read(*arguments)
+    except InputError as error:
+        raise InputError(
+            "\n".join(f"{label}: {line}" for line in str(error).splitlines()), error.details
+        ) from None
+
+
+def _check_setting(text: str) -> None:
+    """Refuse an override that is none; the others are read with the scenario."""
+    if not isinstance(text, str) or "=" not in text:
+        raise InputError(f"--set {text}: expected KEY=VALUE, such as uav.height='80 m'")

@@ -1,0 +1,102 @@
+"""Reproduction of the paper's figures and claims: what `echobeam reproduce` does."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import partial
+from os import PathLike
+from pathlib import Path
+from typing import Any, SupportsIndex
+
+from echobeam.commands.asking import job_count
+from echobeam.commands.progress import Bar, interactive_bar
+from echobeam.plots.saving import picture_formats
+from echobeam.reproduction.records import Finding
+from echobeam.reproduction.run import QUICK_TRIALS, TRIALS, Reproduction
+from echobeam.reproduction.run import reproduce as draw_and_judge
+from echobeam.simulation.run import check_count
+from echobeam.store.workers import Workers
+
+
+def reproduce(
+    ids: str | Sequence[str] = (),
+    *,
+    out: str | PathLike[str] = "reproduction",
+    trials: SupportsIndex | None = None,
+    quick: bool = False,
+    seed: SupportsIndex = 0,
+    formats: Sequence[str] = ("png",),
+    jobs: SupportsIndex = 1,
+    dask: str | None = None,
+    resume: bool = False,
+    force: bool = False,
+    quiet: bool = False,
+) -> list[dict[str, Any]]:
+    """Reproduce the paper's figures and judge its claims: `echobeam reproduce`.
+
+    Parameters
+    ----------
+    ids
+        Figures, such as ``["t1", "t4"]``; all if left out.
+    out
+        Directory of pictures, data, ``claims.json`` and ``claims.md``.
+    trials
+        Trials per point; 200 if left out.
+    quick
+        A quick look: 20 trials per point.
+    formats
+        Of the pictures: some of ``png``, ``pdf`` and ``svg``; the latter two have no captions.
+    seed, jobs, dask, resume, force, quiet
+        As for `run`.
+
+    Returns
+    -------
+    list of dict
+        The claims as in ``claims.json``: id, figure, text, paper, ours, interval, reading, verdict.
+
+    Raises
+    ------
+    InputError
+        If an id is unknown, or something is in the way.
+    RunError
+        If the work could not be finished; what is done is kept for ``resume``.
+    """
+    place = Path(out)
+    record_figures(
+        (ids,) if isinstance(ids, str) else tuple(ids),
+        place,
+        trials=trials,
+        quick=quick,
+        seed=seed,
+        workers=Workers(job_count(jobs), dask),
+        resume=resume,
+        force=force,
+        formats=formats,
+        bar=partial(interactive_bar, quiet=quiet),
+    )
+    claims: list[dict[str, Any]] = json.loads((place / "claims.json").read_text("utf-8"))["claims"]
+    return claims
+
+
+def record_figures(
+    ids: tuple[str, ...],
+    out: Path,
+    *,
+    trials: SupportsIndex | None,
+    quick: bool,
+    seed: SupportsIndex,
+    workers: Workers,
+    resume: bool,
+    force: bool,
+    formats: Sequence[str],
+    bar: Bar,
+) -> list[Finding]:
+    """Reproduce figures to their directory; for the command and `reproduce` alike."""
+    count, seed = check_count(
+        (QUICK_TRIALS if quick else TRIALS) if trials is None else trials, seed
+    )
+    suffixes = picture_formats(formats)
+    task = Reproduction(ids, out, count, seed, suffixes, workers, resume, force)
+    with bar("reproduce") as progress:
+        return draw_and_judge(task, progress)

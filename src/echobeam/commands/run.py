@@ -1,0 +1,120 @@
+"""Runs of a scenario to a result file: what `echobeam run` does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, SupportsIndex
+
+from echobeam.commands.asking import Asked, Request, Settings, request, target
+from echobeam.commands.progress import Bar, interactive_bar
+from echobeam.scenario.load import Source
+from echobeam.store.recorded import Done, Recording, record
+from echobeam.store.result import open_result
+from echobeam.traces.progress import reading_shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def run(
+    scenario: Source,
+    *,
+    schemes: str | Sequence[str] | None = None,
+    trials: SupportsIndex | None = None,
+    seed: SupportsIndex = 0,
+    out: str | PathLike[str] | None = None,
+    set: Settings | None = None,
+    trace: str | PathLike[str] | None = None,
+    jobs: SupportsIndex = 1,
+    dask: str | None = None,
+    resume: bool = False,
+    force: bool = False,
+    quiet: bool = False,
+    scheme: str | Sequence[str] | None = None,
+) -> xr.Dataset:
+    """Run a scenario, write a result file and open it: `echobeam run`.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, a built-in scenario's name, or the path of a scenario file.
+    schemes, scheme
+        Names, with parameters as in ``temporal:ripple=1``, or ``path/to/file.py:name``; the
+        scenario's if left out.
+    trials
+        Number of trials; the scenario's if left out.
+    seed
+        Same scenario, seed and version give the same numbers, bit for bit.
+    out
+        The result file; the scenario's name with ``.nc``, here, if left out.
+    set
+        Overrides of the scenario: ``{"uav.height": "80 m"}``, or texts ``"uav.height=80 m"``.
+    trace
+        A SUMO FCD XML or a CSV file that moves the objects; either may be ``.gz``.
+    jobs
+        Processes on this machine.
+    dask
+        Address of a Dask scheduler to run on instead.
+    resume
+        Go on with what was interrupted.
+    force
+        Replace an existing result.
+    quiet
+        Show no progress, which otherwise is seen in terminals and notebooks.
+
+    Returns
+    -------
+    xarray.Dataset
+        The result, read from its file as it is needed; ``with eb.run(...) as result`` closes it.
+
+    Raises
+    ------
+    InputError
+        If what was given cannot be used; all faults in one message.
+    RunError
+        If the run could not be finished; what is done is kept for ``resume``.
+    """
+    asked = request(
+        scenario,
+        schemes=schemes,
+        scheme=scheme,
+        trials=trials,
+        seed=seed,
+        set=set,
+        trace=trace,
+        jobs=jobs,
+        dask=dask,
+        resume=resume,
+        force=force,
+    )
+    place = None if out is None else Path(out)
+    return open_result(record_run(asked, place, partial(interactive_bar, quiet=quiet)).out)
+
+
+class RunDone(NamedTuple):
+    """A run that is done: what was asked for, where it is, and what there was to do."""
+
+    asked: Asked
+    out: Path
+    done: Done
+
+
+def record_run(wanted: Request, out: Path | None, bar: Bar) -> RunDone:
+    """Run what is requested to its file; for commands and `run` alike."""
+    asked = wanted.read()
+    recording = Recording(
+        asked.scenario,
+        asked.schemes,
+        asked.trials,
+        asked.seed,
+        out=target(out, f"{asked.scenario.name}.nc"),
+        workers=wanted.workers,
+        resume=wanted.resume,
+        force=wanted.force,
+    )
+    with reading_shown(bar), bar(asked.scenario.name) as progress:
+        done = record(recording, progress)
+    return RunDone(asked, recording.out, done)

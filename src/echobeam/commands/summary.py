@@ -1,0 +1,154 @@
+"""Summary of a result as a table of schemes and quantities."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from echobeam.scenario.checking import checked
+from echobeam.scenario.model import Scenario
+from echobeam.simulation.statistics import NEEDED
+from echobeam.simulation.summary import PER_SLOT, SCALARS, SchemeSummary, summarise
+from echobeam.store.result import VARY, open_result
+from echobeam.store.writing import StoreError
+from echobeam.sweeps.recorded import open_sweep
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+    from echobeam.values import Array
+
+Row = tuple[float, float, float]
+"""Value, and the ends of its 95 % interval; NaN where it has none."""
+
+OVER_SLOTS = tuple(name for name in PER_SLOT if name not in ("rate_mean", "rate_over_genie"))
+"""Per-slot quantities that the table shows as their mean over slots; of the other two it has that
+of the whole run."""
+
+
+def summary(result: xr.Dataset | str | PathLike[str]) -> pd.DataFrame:
+    """Return the quantities of a result as a table.
+
+    Parameters
+    ----------
+    result
+        What `simulate`, `run` or `sweep` returned, or the path of a result file.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each scheme and quantity, of a sweep for each point too, with the columns
+        ``value``, ``low`` and ``high`` (95 % interval; NaN where there is none) and ``unit``. Of a
+        quantity with a value for each slot, such as ``angle_rmse``, it is the mean over the slots
+        that have one.
+
+    Raises
+    ------
+    InputError
+        If it is no result, or not a whole one.
+    """
+    import xarray as xr
+
+    if isinstance(result, xr.Dataset):
+        return _table(result, "the dataset")
+    with _opened(Path(result)) as dataset:
+        return _table(dataset, str(result))
+
+
+def _opened(path: Path) -> xr.Dataset:
+    """Open the result of a run or of a sweep; the fault is that of a run."""
+    try:
+        return open_sweep(path)
+    except StoreError:
+        return open_result(path)
+
+
+def _table(dataset: xr.Dataset, label: str) -> pd.DataFrame:
+    import pandas as pd
+
+    if VARY in dataset.attrs:
+        keys = [str(key) for key in dataset["frame_rate_mean"].dims if key != "scheme"]
+        rows = dict(_rows_of_sweep(dataset, keys))
+    else:
+        keys = []
+        figures = summarise(dataset, _checked_scenario(dataset, label))
+        rows = {
+            (scheme, name): row
+            for scheme, figure in figures.items()
+            for name, row in _rows_of_scheme(figure)
+        }
+    units = {name: unit for name, (unit, _) in (SCALARS | PER_SLOT).items()}
+    index = pd.MultiIndex.from_tuples(list(rows), names=[*keys, "scheme", "quantity"])
+    table = pd.DataFrame(list(rows.values()), index, ["value", "low", "high"], dtype=float)
+    return table.assign(unit=[units[str(place[-1])] for place in rows])
+
+
+def _rows_of_scheme(figure: SchemeSummary) -> Iterator[tuple[str, Row]]:
+    """Yield the quantities of one scheme of a run."""
+    for name in SCALARS:
+        interval = figure.frame_rate_interval if name == "frame_rate_mean" else None
+        yield name, _row(getattr(figure, name), interval)
+    for name in OVER_SLOTS:
+        yield name, _row(_mean(getattr(figure, name)))
+
+
+def _rows_of_sweep(
+    dataset: xr.Dataset, keys: list[str]
+) -> Iterator[tuple[tuple[object, ...], Row]]:
+    """Yield the quantities of every point and scheme of a sweep."""
+    axes = [*keys, "scheme"]
+    for place in np.ndindex(*(dataset.sizes[axis] for axis in axes)):
+        point = dataset.isel(dict(zip(axes, place, strict=True)))
+        at = tuple(point[axis].item() for axis in axes)
+        for name in SCALARS:
+            interval = point["frame_rate_interval"].values if name == "frame_rate_mean" else None
+            yield (*at, name), _row(point[name].item(), interval)
+        for name in OVER_SLOTS:
+            yield (*at, name), _row(_mean(point[name].values))
+
+
+def _row(value: float, interval: tuple[float, float] | Array | None = None) -> Row:
+    low, high = (np.nan, np.nan) if interval is None else interval
+    return float(value), float(low), float(high)
+
+
+def _mean(per_slot: Array) -> float:
+    """Return the mean over the slots that have a value; NaN if none has."""
+    known = per_slot[np.isfinite(per_slot)]
+    return float(known.mean()) if known.size else np.nan
+
+
+def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
+    """Return the scenario of a whole result of a run.
+
+    Raises
+    ------
+    InputError
+        If it is none: statistics need every slot and object, and the scheme and trial axes.
+    """
+    missing = [name for name in NEEDED if name not in result]
+    text = result.attrs.get("scenario")
+    if missing or text is None:
+        lacks = ", ".join(missing) or "the attribute scenario"
+        raise StoreError(f"{label}: not a result of echobeam: {lacks} missing")
+    scenario = checked(Scenario, tomllib.loads(str(text)), label)
+    lost = [dim for dim in ("scheme", "trial", "slot", "object") if dim not in result.dims]
+    if lost:
+        raise StoreError(
+            f"{label}: has no axis {', '.join(lost)}; select with a list, as in "
+            f'result.sel(scheme=["temporal"]) or result.isel(trial=[0])'
+        )
+    whole = {"slot": scenario.n_slots, "object": scenario.n_objects}
+    for dim, count in whole.items():
+        if result.sizes[dim] != count:
+            raise StoreError(
+                f"{label}: has {result.sizes[dim]} of {count} along {dim}; expected all slots and "
+                "objects, of any schemes and trials"
+            )
+    return scenario

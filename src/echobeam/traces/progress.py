@@ -1,0 +1,79 @@
+"""Progress of the reading of long traces.
+
+A trace is read deep inside a run, once for all its trials, and its motion is cached; so who wants
+to see the progress says so around the run instead of handing a function down to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+
+from echobeam.traces.chunks import Advance
+
+Progress = Callable[[int, int], None]
+
+LONG = 1 << 20
+"""bytes: smaller files are read in about a second, and show nothing."""
+
+
+def _silent(done: int, total: int) -> None:
+    """Show nothing."""
+
+
+_watcher: ContextVar[Progress] = ContextVar("watcher", default=_silent)
+
+
+@contextmanager
+def reading_shown(bar: Callable[[str], AbstractContextManager[Progress]]) -> Iterator[None]:
+    """Show the reading of long traces in bars of their own, which end with the reading.
+
+    Parameters
+    ----------
+    bar
+        Gives a progress bar for a label.
+    """
+    with ExitStack() as bars:
+        open_bars: list[Progress] = []
+
+        def show(done: int, total: int) -> None:
+            if not open_bars:
+                open_bars.append(bars.enter_context(bar("reading the trace")))
+            open_bars[0](done, total)
+            if done >= total:
+                open_bars.clear()
+                bars.close()
+
+        with watched(show):
+            yield
+
+
+@contextmanager
+def watched(show: Progress) -> Iterator[None]:
+    """Call ``show`` with the bytes read so far, and in all, while a long trace is read."""
+    token = _watcher.set(show)
+    try:
+        yield
+    finally:
+        _watcher.reset(token)
+
+
+def meter(path: Path, reading: int, readings: int) -> Advance:
+    """Return what one of several readings of a file calls.
+
+    Parameters
+    ----------
+    path
+        The file.
+    reading, readings
+        Which one, counted from 0, and how many there are in all.
+    """
+    size = path.stat().st_size if path.is_file() else 0
+    show = _watcher.get() if size >= LONG else _silent
+
+    def advance(done: int) -> None:
+        show(reading * size + done, readings * size)
+
+    return advance

@@ -1,0 +1,196 @@
+"""Samples on a road made fit for motion: even times, speeds that hold, and no finer than they are.
+
+What the survey found of the whole trace is applied to the samples that were collected. Two things
+can only be seen sample by sample: a speed that contradicts the way on both sides of it, which is
+then unknown, and a jump that is too short for `breaks` to tell it from motion by the positions
+alone, at which the vehicle is gone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from echobeam.traces.breaks import HARDEST, SLACK
+from echobeam.traces.clock import evened
+from echobeam.traces.collect import RoadSamples
+from echobeam.traces.motion import links
+from echobeam.traces.survey import Survey
+from echobeam.values import Array, BoolArray, IntArray
+
+_SLOWEST_NOISE = 0.02
+"""m/s: speeds from positions are known to this where samples are thinned out."""
+
+_LONGEST_SPACING = 1.0
+"""s between samples up to which they are thinned out."""
+
+_COARSEST = 0.1
+"""m: a coarser last digit says that positions are whole numbers, not that they are rounded."""
+
+_ALIKE = 0.7
+"""Share of their mean above which two speeds tell that a vehicle drove steadily between them."""
+
+_SAME, _OTHER = 0.1, 0.3
+"""Relative differences up to which ways are the same, and from which on they are others."""
+
+_LITTLE = 0.2
+"""m that such ways may differ by besides."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Repaired:
+    """Samples that are fit for motion.
+
+    Attributes
+    ----------
+    samples
+        The samples.
+    unknown
+        Number of speeds that contradicted the positions on both sides.
+    jumps
+        Number of short jumps.
+    """
+
+    samples: RoadSamples
+    unknown: int
+    jumps: int
+
+
+def spacing(survey: Survey) -> float:
+    """Return the time, s, below which samples are too close for the digits of their positions.
+
+    SUMO writes two digits: at 40 samples a second a car of 14 m/s then goes 0.34 or 0.35 m from
+    one to the next, and its speed would jump by three per cent.
+    """
+    digit = 10.0**-survey.position_digits
+    if digit > _COARSEST:
+        return 0.0
+    return min(digit / _SLOWEST_NOISE, _LONGEST_SPACING)
+
+
+def repair(samples: RoadSamples, survey: Survey) -> Repaired:
+    """Return samples made fit for motion.
+
+    Parameters
+    ----------
+    samples
+        As they were collected.
+    survey
+        What holds for the trace as a whole.
+    """
+    if survey.step is not None:
+        time = evened(samples.time, links(samples), survey.step)
+        samples = replace(samples, time=time)
+    speed = np.where(_vehicles_in(survey.marked, samples), np.nan, samples.speed)
+    linked = links(samples)
+    dropouts = _dropouts(samples, speed, linked)
+    speed = np.where(dropouts, np.nan, speed)
+    odd = _contradictions(samples, speed, linked, survey.speed_share)
+    outliers = _outliers(samples, speed, odd)
+    speed = np.where(outliers, np.nan, speed)
+    jumps = _contradictions(samples, speed, linked, survey.speed_share)
+    visit = samples.visit + np.append(0, np.cumsum(jumps))
+    useless = _vehicles_in(survey.inexact, samples) | (not survey.speeds_at_samples)
+    speed = np.where(useless, np.nan, speed)
+    samples = replace(samples, speed=speed, visit=visit)
+    unknown = int((dropouts | outliers).sum()) if survey.speeds_at_samples else 0
+    return Repaired(_thinned(samples, spacing(survey)), unknown, int(jumps.sum()))
+
+
+def _vehicles_in(names: frozenset[str], samples: RoadSamples) -> BoolArray:
+    """Whether samples are of one of some vehicles."""
+    chosen = np.array([name in names for name in samples.names], dtype=bool)
+    found: BoolArray = chosen[samples.vehicle]
+    return found
+
+
+def _dropouts(samples: RoadSamples, speed: Array, linked: BoolArray) -> BoolArray:
+    """Whether a speed of zero or less is a mark in a row of a vehicle that goes on moving.
+
+    It is one if no vehicle could have stopped and started so fast, or if the speeds before and
+    after it agree with the way between them; at the ends of a motion, if the one beside it agrees
+    with the way to it. A vehicle with one negative mark has no other negative speeds.
+    """
+    found = np.zeros(speed.size, dtype=bool)
+    size = np.abs(speed)
+    suspect = speed <= 0
+    step, way = np.diff(samples.time), np.abs(np.diff(samples.along))
+    steady = _alike(size[:-1] * step, way), _alike(size[1:] * step, way)  # by either end's speed
+    other = np.abs((size[:-1] + size[1:]) / 2 * step - way) > _OTHER / 2 * way
+    first, last = ~np.append(False, linked), ~np.append(linked, False)
+    found[:-1] |= first[:-1] & linked & steady[1] & other
+    found[1:] |= last[1:] & linked & steady[0] & other
+
+    both = linked[:-1] & linked[1:]
+    time = samples.time[2:] - samples.time[:-2]
+    net = np.abs(samples.along[2:] - samples.along[:-2])
+    off = np.abs(size[1:-1] * time - net)
+    mean = (size[:-2] + size[2:]) / 2
+    alike = np.minimum(size[:-2], size[2:]) > _ALIKE * mean
+    too_fast = off > _LITTLE + HARDEST * (time / 2) ** 2
+    found[1:-1] |= both & (too_fast | (alike & _alike(mean * time, net) & (off > _OTHER * net)))
+    found &= suspect
+    marks = np.bincount(samples.vehicle[found & (speed < 0)], minlength=len(samples.names)) > 0
+    return found | (marks[samples.vehicle] & (speed < 0))
+
+
+def _alike(one: Array, other: Array) -> BoolArray:
+    """Whether two ways are the same, and more than nothing."""
+    same: BoolArray = (np.abs(one - other) <= _SAME * other + _LITTLE) & (other > _LITTLE)
+    return same
+
+
+def _contradictions(
+    samples: RoadSamples, speed: Array, linked: BoolArray, share: float
+) -> BoolArray:
+    """Whether the way between two samples and their speeds differ by more than acceleration."""
+    h = np.diff(samples.time)
+    way = np.hypot(np.diff(samples.along), np.diff(samples.across))
+    mean = share * np.abs(speed[1:]) + (1 - share) * np.abs(speed[:-1])
+    odd: BoolArray = linked & (np.abs(way - mean * h) > SLACK + HARDEST * h**2 / 4)
+    return odd
+
+
+def _outliers(samples: RoadSamples, speed: Array, odd: BoolArray) -> BoolArray:
+    """Whether a speed contradicts the ways on both sides, or the one that there is.
+
+    At the ends of a motion there is one side; there it must be this speed that is wrong, and not
+    the other one.
+    """
+    h = np.diff(samples.time)
+    way = np.hypot(np.diff(samples.along), np.diff(samples.across))
+    room = SLACK + HARDEST * h**2 / 4
+    linked = links(samples)
+    left, right = np.append(False, odd), np.append(odd, False)
+    has_left, has_right = np.append(False, linked), np.append(linked, False)
+    by_other_left = np.append(False, np.abs(way - np.abs(speed[:-1]) * h) <= room)
+    by_other_right = np.append(np.abs(way - np.abs(speed[1:]) * h) <= room, False)
+    found: BoolArray = (
+        (left & right) | (left & ~has_right & by_other_left) | (right & ~has_left & by_other_right)
+    )
+    return found
+
+
+def _thinned(samples: RoadSamples, width: float) -> RoadSamples:
+    """Return samples that are at least so many seconds apart, with all ends of motions."""
+    linked = links(samples)
+    if width == 0 or not linked.any() or np.diff(samples.time)[linked].min() >= width:
+        return samples
+    run = np.append(0, np.cumsum(~linked))
+    first = np.flatnonzero(np.append(True, ~linked))
+    last = np.flatnonzero(np.append(~linked, True))
+    bin_: IntArray = np.floor(samples.time / width + 1e-6).astype(np.int64)
+    knot = np.append(True, np.diff(bin_) != 0)
+    knot &= samples.time - samples.time[first][run] >= width
+    knot &= samples.time[last][run] - samples.time >= width
+    knot[first] = knot[last] = True
+    return RoadSamples(
+        samples.names,
+        samples.vehicle[knot],
+        samples.visit[knot],
+        samples.time[knot],
+        samples.along[knot],
+        samples.across[knot],
+        samples.speed[knot],
+    )

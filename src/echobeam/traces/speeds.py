@@ -1,0 +1,227 @@
+"""The speeds that a trace gives, compared with what its positions do.
+
+Three questions are answered for a trace:
+
+- *Of which time is a speed?* SUMO's default (Euler) steps give at t the mean over the step before
+  it, other simulators the mean over the step after it. Where a vehicle's speed changes, the
+  positions tell: the distance driven is a mixture of the sum over the speeds at the ends of the
+  steps and that over the speeds at their beginnings, and the speeds are those at the samples' times
+  where it is half of each. Otherwise motion is taken from positions alone.
+- *In which unit is it?* The sum of speed times duration is the way driven.
+- *Is it a speed at all?* Zero or a negative number in every row of a vehicle that moves is a mark
+  for an unknown speed, unless its size is right: logs of two directions have signed speeds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from echobeam.traces.sample import Sample
+
+_ENOUGH = 0.2
+"""m: difference between the two sums that is clear of positions and speeds of two digits."""
+
+_LONGEST_SUM = 5.0
+"""s after which a sum is begun anew, since errors of rounding add up."""
+
+_OFF_CENTRE = 0.08
+"""Share of a step by which speeds may lie beside their samples' times."""
+
+_EXACT = 0.01
+_GROSS, _WRONG_UNIT = 0.05, 0.25
+"""Relative differences between speeds and positions: up to the first, they agree; from the second
+on, most vehicles must be free of it; from the third on, no vehicle may have it."""
+
+_FEW_METRES = 5.0
+_ONE_METRE = 1.0
+_LITTLE = 0.2
+_SCATTER = 0.05
+"""m/s^2: mean speeds of a step differ from the mean of the speeds at its ends by about this times
+its duration, where vehicles start and stop within it."""
+
+_SAME_SIZE = 0.1
+
+_NOTHING = (0.0, 0.0, 0.0, 0.0)
+
+
+class Verdict(Enum):
+    """What the speeds of one vehicle are worth."""
+
+    TRUE = auto()
+    """They agree with its positions, or there are none."""
+    MARK = auto()
+    """One number in all rows that stands for an unknown speed."""
+    INEXACT = auto()
+    """They differ from the positions by more than a per cent."""
+    GROSS = auto()
+    """They differ by more than a twentieth."""
+    WRONG = auto()
+    """They differ by more than a quarter: speeds, times or positions are in another unit."""
+
+
+@dataclass(slots=True)
+class Timing:
+    """Where in the step before its sample a speed belongs, over all vehicles.
+
+    Least squares of the share f in: way driven = f (sum by the speeds at the ends of steps)
+    + (1 - f) (sum by those at their beginnings). One half where nothing tells.
+
+    ``rounding`` is by how much times may be wrong, s.
+    """
+
+    cross: float = 0.0
+    square: float = 0.0
+    rounding: float = 0.0
+
+    @property
+    def share(self) -> float:
+        """The share, from 0 (mean over the step after) to 1 (mean over the step before)."""
+        return self.cross / self.square if self.square > 0 else 0.5
+
+    @property
+    def at_samples(self) -> bool:
+        """Whether the speeds are those at the samples' times."""
+        return abs(self.share - 0.5) <= _OFF_CENTRE
+
+    def take(self, way: float, by_end: float, by_begin: float) -> None:
+        """Take account of some steps of a vehicle, m."""
+        difference = by_end - by_begin
+        share = (way - by_begin) / difference
+        if -0.5 <= share <= 1.5:  # else it is another unit, or no motion
+            self.cross += share * difference**2
+            self.square += difference**2
+
+
+@dataclass(slots=True)
+class SpeedTally:
+    """One vehicle's speeds in sum.
+
+    Attributes
+    ----------
+    timing
+        That of the whole trace.
+    low, high
+        m/s: its smallest and largest speed.
+    steps, time
+        Number and duration, s, of the steps within visits.
+    path, net
+        m: way driven in all of them, and the sum over visits from begin to end.
+    fastest
+        m/s: its fastest step.
+    counted, moved, by_end, by_begin
+        Number of the steps with a speed other than zero at both ends; way driven in them, m, and
+        the same way by the speeds at their ends and at their beginnings.
+    """
+
+    timing: Timing
+    low: float = math.inf
+    high: float = -math.inf
+    steps: int = 0
+    time: float = 0.0
+    path: float = 0.0
+    net: float = 0.0
+    fastest: float = 0.0
+    counted: int = 0
+    moved: float = 0.0
+    by_end: float = 0.0
+    by_begin: float = 0.0
+    _begin: Sample | None = None
+    _last: Sample | None = None
+    _sums: tuple[float, float, float, float] = _NOTHING
+
+    def begin(self, sample: Sample) -> None:
+        """Begin a visit with its first sample."""
+        self.end()
+        self._note(sample)
+        self._begin, self._sums = sample, _NOTHING
+
+    def take(self, sample: Sample, duration: float) -> None:
+        """Take account of the next sample of a visit, so many seconds after the one before."""
+        last = self._last
+        assert last is not None
+        self._note(sample)
+        way = math.hypot(sample.x - last.x, sample.y - last.y)
+        self.steps += 1
+        self.time += duration
+        self.path += way
+        self.fastest = max(self.fastest, way / duration)
+        by_end, by_begin = abs(sample.speed) * duration, abs(last.speed) * duration
+        if sample.speed * last.speed > 0:
+            self.counted += 1
+            self.moved += way
+            self.by_end += by_end
+            self.by_begin += by_begin
+        self._weigh(way, by_end, by_begin, duration)
+
+    def end(self) -> None:
+        """End a visit."""
+        if self._begin is not None and self._last is not None:
+            dx, dy = self._last.x - self._begin.x, self._last.y - self._begin.y
+            self.net += math.hypot(dx, dy)
+        self._begin = None
+
+    @property
+    def constant(self) -> bool:
+        """Whether all rows have the same speed."""
+        return self.low == self.high
+
+    @property
+    def known(self) -> bool:
+        """Whether any row has a speed."""
+        return self.low <= self.high
+
+    def ratio(self) -> float:
+        """Return how many times what the positions say the speeds are."""
+        return self._way() / self.moved if self.moved > 0 else math.inf
+
+    def verdict(self) -> Verdict:
+        """Return what the speeds are worth, when all vehicles have been seen."""
+        if not self.known:
+            return Verdict.TRUE
+        if self.constant and self.high <= 0:
+            way = -self.low * self.time
+            excess = max(way - self.path, self.net - way)
+            if excess > _SAME_SIZE * max(way, self.path) + _ONE_METRE:
+                return Verdict.MARK
+        return self._agreement()
+
+    def _agreement(self) -> Verdict:
+        if self.counted == 0:
+            return Verdict.TRUE
+        way = self._way()
+        # Positions that scatter lengthen the path, but not the way from begin to end.
+        excess = max(way - self.moved, min(self.net, self.moved) - way)
+        step = min(self.time / self.steps, _LONGEST_SUM)
+        scatter = _SCATTER * step**2 * math.sqrt(self.counted)
+        scatter += 2 * self.timing.rounding * self.path / self.time
+        size = max(way, self.moved)
+        if excess > _WRONG_UNIT * size + _FEW_METRES + 4 * scatter:
+            return Verdict.WRONG
+        if excess > _GROSS * size + _FEW_METRES + 4 * scatter:
+            return Verdict.GROSS
+        return Verdict.INEXACT if excess > _EXACT * size + _LITTLE + scatter else Verdict.TRUE
+
+    def _way(self) -> float:
+        share = self.timing.share
+        return share * self.by_end + (1 - share) * self.by_begin
+
+    def _note(self, sample: Sample) -> None:
+        self._last = sample
+        if sample.speed < self.low:
+            self.low = sample.speed
+        if sample.speed > self.high:
+            self.high = sample.speed
+
+    def _weigh(self, way: float, by_end: float, by_begin: float, duration: float) -> None:
+        """Hand some steps to the timing, as soon as they tell anything."""
+        ways, ends, begins, time = self._sums
+        ways, ends, begins, time = ways + way, ends + by_end, begins + by_begin, time + duration
+        if abs(ends - begins) > _ENOUGH:
+            self.timing.take(ways, ends, begins)
+            self._sums = _NOTHING
+        elif time > _LONGEST_SUM or math.isnan(ends + begins):
+            self._sums = _NOTHING
+        else:
+            self._sums = (ways, ends, begins, time)
