@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from echobeam.beamforming.answer import BeamAnswer
     from echobeam.beamforming.design import design_beams
     from echobeam.beamforming.problem import BeamProblem, ProblemError
+    from echobeam.commands.plot import plot
     from echobeam.commands.reproduce import reproduce
     from echobeam.commands.run import run
     from echobeam.commands.simulate import simulate
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from echobeam.schemes.doors import scheme
     from echobeam.schemes.parts import Beamer, Frame, SchemeOfParts, Tracker
     from echobeam.schemes.registry import schemes
+    from echobeam.simulation.description import Description, describe
     from echobeam.simulation.loop import SlotRecord
     from echobeam.simulation.run import slots
     from echobeam.values import (
@@ -54,6 +56,7 @@ _HOME = {
     "Beamer": "schemes.parts",
     "Beams": "schemes.beamers",
     "Decision": "schemes.base",
+    "Description": "simulation.description",
     "Detections": "values",
     "Frame": "schemes.parts",
     "GaussianState": "values",
@@ -77,8 +80,10 @@ _HOME = {
     "Transmission": "values",
     "UavState": "values",
     "View": "schemes.base",
+    "describe": "simulation.description",
     "design_beams": "beamforming.design",
     "load_scenario": "scenario.load",
+    "plot": "commands.plot",
     "reproduce": "commands.reproduce",
     "run": "commands.run",
     "scenarios": "scenario.built_in",
@@ -100,6 +105,7 @@ __all__ = [
     "Beamer",
     "Beams",
     "Decision",
+    "Description",
     "Detections",
     "Frame",
     "GaussianState",
@@ -124,8 +130,10 @@ __all__ = [
     "UavState",
     "View",
     "__version__",
+    "describe",
     "design_beams",
     "load_scenario",
+    "plot",
     "reproduce",
     "run",
     "scenarios",

@@ -17,7 +17,7 @@ import xarray as xr
 import echobeam as eb
 from echobeam.cli.main import cli
 from echobeam.commands import progress as bars
-from echobeam.commands.sweep import varied_texts
+from echobeam.commands.sweep import axes_of
 from echobeam.simulation import blocks
 
 LIGHT = ["water-filling", "omni"]
@@ -180,13 +180,18 @@ def test_a_scenario_a_name_and_a_path_are_one_grid(tmp_path):
 
 
 def test_axes_are_the_texts_of_the_shell():
-    assert varied_texts({"a": [1, 2.5], "b": ["80 m", np.float64(9)]}) == ("a=1,2.5", "b=80 m,9.0")
-    assert varied_texts({("a", "b"): [(16, 16), 32]}) == ("a,b=16,32",)
-    assert varied_texts({"radar.rcs": [[1, 2], (3, 4)]}) == ("radar.rcs=[1, 2],[3, 4]",)
-    assert varied_texts("a=1,2") == varied_texts(["a=1,2"]) == varied_texts({"a": range(1, 3)})
-    assert "one value" in told(varied_texts, {("a", "b"): [(16, 8)]})
-    assert "commas" in told(varied_texts, {"a": ["x,y"]})
-    assert "a number" in told(varied_texts, {"a": [None]})
+    def columns(vary):
+        return [axis().columns for axis in axes_of(vary)]
+
+    assert columns({"a": [1, 2.5], "b": ["80 m", np.float64(9)]}) == [
+        (("a", ("1", "2.5")),),
+        (("b", ("80 m", "9.0")),),
+    ]
+    assert columns({("a", "b"): [(16, 8), 32]}) == [(("a", ("16", "32")), ("b", ("8", "32")))]
+    assert columns({"radar.rcs": [[1, 2], (3, 4)]}) == [(("radar.rcs", ("[1, 2]", "[3, 4]")),)]
+    assert columns("a=1,2") == columns(["a=1,2"]) == columns({"a": range(1, 3)})
+    assert "expected 2 values" in told(columns, {("a", "b"): [(16, 8, 4)]})
+    assert "a number" in told(columns, {"a": [None]})
 
 
 @pytest.mark.slow

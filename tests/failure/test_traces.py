@@ -2,6 +2,7 @@
 
 import gzip
 import os
+import zlib
 
 import numpy as np
 import pytest
@@ -110,12 +111,23 @@ def test_cut_off_gzip_is_found_wherever_it_is_cut(tmp_path, content):
         assert "gzip data" in message_of(tmp_path, packed[:cut])
 
 
-def test_cut_off_gzip_says_how_far_it_came(tmp_path):
-    rows = "".join(f"{t / 7:.9f},b,{t / 3:.9f},0,10\n" for t in range(20_000))
-    packed = gzip.compress((CSV + rows).encode())
-    text = message_of(tmp_path, packed[: len(packed) // 2])
+def _varied(rows):
+    return CSV + "".join(f"{t / 7:.9f},b,{t / 3:.9f},0,10\n" for t in range(rows))
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.999])
+def test_cut_off_gzip_says_how_far_it_came(tmp_path, share):
+    packed = gzip.compress(_varied(20_000).encode())
+    cut = packed[: int(share * len(packed))]
+    text = message_of(tmp_path, cut)
     line = int(text.rsplit(" ", 1)[1])
-    assert 1000 < line < 20_000
+    assert line == zlib.decompressobj(31).decompress(cut).count(b"\n")
+    assert 1000 < line < 20_004
+
+
+def test_gzip_cut_near_its_end_says_so(tmp_path):
+    packed = gzip.compress(CSV.encode(), mtime=0)
+    assert "cut off after line 4" in message_of(tmp_path, packed[:-5])
 
 
 def test_damaged_gzip(tmp_path):
@@ -242,9 +254,17 @@ def test_quotes_that_do_not_close(tmp_path):
     assert "damaged row" in message_of(tmp_path, CSV.replace("1,a", '1,"a'))
 
 
-def test_text_that_is_not_utf_8(tmp_path):
-    text = message_of(tmp_path, CSV.encode().replace(b"2,a", b"2,\xff"))
-    assert "accepted is UTF-8" in text
+@pytest.mark.parametrize("line", [1, 2, 42, 3000])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_text_that_is_not_utf_8_has_its_line(tmp_path, line, end):
+    rows = ["t,id,x,y", *(f"{t},a,{20 * t},0" for t in range(4000))]
+    rows[line - 1] = rows[line - 1].replace("a", "M\xfcller").replace("id", "id,\xfc")
+    text = message_of(tmp_path, end.join(rows).encode("latin-1"))
+    assert text.startswith(f", line {line}: not readable as text (byte 0xfc); accepted is UTF-8")
+
+
+def test_a_line_without_end_is_refused(tmp_path):
+    assert "a line of more than" in message_of(tmp_path, CSV + "9" * 3_000_000)
 
 
 def test_damage_outside_the_slots_is_found_too(tmp_path):

@@ -462,6 +462,7 @@ def test_snippets_run(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
             Path(block.title).write_text(block.text, encoding="utf-8")
     for number, block in enumerate(blocks(text, "python"), start=1):
         if block.title:
+            Path(block.title).parent.mkdir(parents=True, exist_ok=True)
             Path(block.title).write_text(block.text, encoding="utf-8")
         place = f"{path.name}, block {number}"
         exec(compile(block.text, place, "exec", dont_inherit=True), names)

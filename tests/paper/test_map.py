@@ -158,12 +158,8 @@ HEADLINES = [
 ]
 
 
-def test_the_page_shows_the_headlines_numbers_and_over_which_readings_a_claim_holds():
+def test_the_page_shows_over_which_readings_a_claim_holds():
     text = page([], Results([], 200, 0), HEADLINES)
-    assert "| P_T = 2 | 150 (135 to 165) % | 136.0 % | 0 % | reproduced |" in text
-    assert "| exact CRB | 61 (40 to 82) % | 136.0 % | 12.5 % | in part |" in text
-    assert "| needle | 20 (-5 to 45) % | 136.0 % | 0 % | not reproduced |" in text
-    assert "| ripple 1 | 150 (140 to 160) % | 156.0 % | 80 % | not judged |" in text
     assert "200 trials in the default reading, 60 in the others." in text
     assert "| single-improvement | reproduced | P_T = 2, 10 | exact CRB | needle | - |" in text
     assert "| multi-improvement | reproduced | - | - | - | ripple 1 |" in text

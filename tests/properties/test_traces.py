@@ -18,6 +18,8 @@ from echobeam.traces.motion import Sightings, sight
 from echobeam.traces.service import serve
 from echobeam.traces.source import read_samples
 
+from .. import drives
+
 metres = st.floats(-1e6, 1e6)
 speeds = st.floats(0, 100)
 # XML cannot hold control characters, and spaces at the ends of an id do not count in CSV.
@@ -99,6 +101,69 @@ def test_damaged_bytes_give_motion_or_a_clear_message_and_nothing_else(write, pa
     else:
         assert np.isfinite(motion.position[motion.present]).all()
         assert np.isfinite(motion.velocity[motion.present]).all()
+
+
+@st.composite
+def smooth_drives(draw):
+    """Speed over time as a few waves around a mean, that never stops: speed and position."""
+    mean = draw(st.floats(8.0, 30.0))
+    waves = [
+        (share * 0.3 * mean, 2 * math.pi / period, phase)
+        for share, period, phase in draw(
+            st.lists(
+                st.tuples(st.floats(0, 0.5), st.floats(20.0, 60.0), st.floats(0, 6.0)), max_size=2
+            )
+        )
+    ]
+
+    def speed(t):
+        return mean + sum((size * np.cos(w * t + phase) for size, w, phase in waves), 0 * t)
+
+    def position(t):
+        return mean * t + sum(
+            size / rate * (np.sin(rate * t + phase) - math.sin(phase))
+            for size, rate, phase in waves
+        )
+
+    return speed, position
+
+
+@settings(max_examples=100)
+@given(
+    smooth_drives(),
+    st.sampled_from([0.025, 0.04, 0.1, 0.25, 0.5, 1.0]),
+    st.sampled_from(["at", "before", "after", "none"]),
+    st.sampled_from([2, 3]),
+    st.sampled_from([drives.as_csv, drives.as_xml]),
+)
+def test_smooth_motion_as_simulators_write_it_is_read_back_within_a_per_cent(
+    drive, step, speeds, digits, write
+):
+    speed, position = drive
+    t = step * np.arange(round(20 / step) + 1)
+    x = position(t)
+    mean = np.diff(position(np.append(t, t[-1] + step))) / step  # over the step after each time
+    given_speed = {"at": speed(t), "after": mean, "before": np.append(speed(0.0), mean[:-1])}
+    rows = [
+        drives.Row(
+            f"{t[k] + 1e-9:.{digits}f}",
+            "a",
+            f"{x[k]:.2f}",
+            "0.00",
+            "" if speeds == "none" else f"{given_speed[speeds][k]:.2f}",
+        )
+        for k in range(t.size)
+    ]
+    clock = np.arange(2.0, 18.0, 0.05)
+    motion = with_file(
+        write(rows).encode(),
+        lambda path: load_motion(
+            path, clock, uav_x=0.0, max_objects=1, range_m=1e5, start=2.0, origin=0.0
+        ),
+    )
+    assert motion.present.all()
+    np.testing.assert_allclose(motion.velocity[:, 0], speed(clock), rtol=0.01)
+    np.testing.assert_allclose(motion.position[:, 0], position(clock), atol=0.2)
 
 
 @st.composite

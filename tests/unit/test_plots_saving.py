@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 
 from echobeam.faults import InputError
-from echobeam.plots.drawing import draw
-from echobeam.plots.saving import file_format, picture_formats, save, write
+from echobeam.plots.drawing import Picture, draw
+from echobeam.plots.saving import file_format, picture_formats, write
 
 from .plot_dataset import build_result
 from .plot_figures import figure_of
@@ -25,7 +25,7 @@ def result():
 
 
 def test_a_png_is_a_picture_for_a_column_at_300_dots_per_inch(result, tmp_path):
-    path = save(draw(figure_of("rate", result)), tmp_path / "a.png")
+    path = write(figure_of("rate", result), tmp_path / "a.png")
     with Image.open(path) as image:
         image.load()
         assert image.size[0] == 1050
@@ -34,38 +34,37 @@ def test_a_png_is_a_picture_for_a_column_at_300_dots_per_inch(result, tmp_path):
 
 @pytest.mark.slow
 def test_a_pdf_is_a_pdf_with_real_fonts(result, tmp_path):
-    data = save(draw(figure_of("rate", result)), tmp_path / "a.pdf").read_bytes()
+    data = write(figure_of("rate", result), tmp_path / "a.pdf").read_bytes()
     assert data.startswith(b"%PDF-")
     assert data.rstrip().endswith(b"%%EOF")
     assert b"/Type3" not in data, "journals refuse Type 3 fonts"
 
 
 def test_an_svg_is_xml(result, tmp_path):
-    root = ElementTree.parse(save(draw(figure_of("rate", result)), tmp_path / "a.SVG")).getroot()
+    root = ElementTree.parse(write(figure_of("rate", result), tmp_path / "a.SVG")).getroot()
     assert root.tag == "{http://www.w3.org/2000/svg}svg"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
 def test_the_same_picture_is_the_same_file(result, tmp_path, suffix):
-    one = save(draw(figure_of("rate", result)), tmp_path / f"one.{suffix}").read_bytes()
+    one = write(figure_of("rate", result), tmp_path / f"one.{suffix}").read_bytes()
     with mpl.rc_context({"font.size": 20.0, "savefig.dpi": 50.0, "svg.hashsalt": "other"}):
-        two = save(draw(figure_of("rate", result)), tmp_path / f"two.{suffix}").read_bytes()
+        two = write(figure_of("rate", result), tmp_path / f"two.{suffix}").read_bytes()
     assert one == two
 
 
 def test_a_failure_leaves_the_old_picture_and_nothing_else(result, tmp_path, monkeypatch):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
-    figure = draw(figure_of("rate", result))
 
-    def fail(partial, **_):
+    def fail(figure, partial, **_):
         partial.write_bytes(b"half")
         raise OSError("disk full")
 
-    monkeypatch.setattr(figure, "savefig", fail)
+    monkeypatch.setattr(Picture, "savefig", fail)
     with pytest.raises(OSError, match="disk full"):
-        save(figure, path)
+        write(figure_of("rate", result), path)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -73,7 +72,7 @@ def test_a_failure_leaves_the_old_picture_and_nothing_else(result, tmp_path, mon
 def test_a_picture_replaces_an_older_one(result, tmp_path):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
-    save(draw(figure_of("rate", result)), path)
+    write(figure_of("rate", result), path)
     assert path.read_bytes().startswith(b"\x89PNG")
     assert list(tmp_path.iterdir()) == [path]
 

@@ -170,7 +170,7 @@ def test_forecasts_are_drawn_from_the_middle_of_a_short_stay_along_the_road():
     """The way and its 3-sigma band against the filter's own repeated predictions."""
     result = build_result(trials=4)
     scenario = Source(result).scenario
-    true, band, way = figure_of("trajectories", result, trial=2).panels[3].series
+    true, predicted, band, way = figure_of("trajectories", result, trial=2).panels[3].series
     one = result.sel(scheme="temporal").isel(trial=2, object=0, slot=5)
     state = GaussianState(
         one["estimated"].values[None], one["estimated_cov"].values[None], np.array([True])
@@ -181,6 +181,9 @@ def test_forecasts_are_drawn_from_the_middle_of_a_short_stay_along_the_road():
     theta, d = state.mean[0, :2]
     gradient = np.array([-d * np.sin(theta), np.cos(theta)])
     sigma = np.sqrt(gradient @ state.cov[0, :2, :2] @ gradient)
+    own = result["predicted"].sel(scheme="temporal").isel(trial=2, object=0)
+    along = own.sel(state="distance") * np.cos(own.sel(state="angle"))
+    np.testing.assert_allclose(predicted.y, along)
     np.testing.assert_array_equal(way.x, [6, 7, 8, 9, 10])
     assert way.y[-1] == pytest.approx(d * np.cos(theta))
     np.testing.assert_allclose(true.y[0], 100 / np.tan(np.deg2rad(75)))

@@ -10,10 +10,11 @@ import pytest
 import echobeam as eb
 from echobeam.simulation.statistics import (
     NEEDED,
-    PER_TRIAL,
+    TRIAL,
     cover_centre,
     join,
     of_scheme,
+    per_trial,
     quotient,
     rmse,
     statistics_of,
@@ -159,10 +160,29 @@ def test_every_sum_is_that_of_a_loop(trials):
     assert set(arrays) == set(NEEDED)
     figures = statistics_of(arrays, SCENARIO, NAMES)
     expected = by_loops(arrays)
-    assert set(expected) == set(figures) - {"information", "motion", "motion_square", "predictions"}
+    bound = {"information", "motion", "motion_square", "predictions"}
+    assert set(expected) == {name for name in figures if not name.startswith(TRIAL)} - bound
     for name, values in expected.items():
         np.testing.assert_allclose(figures[name], values, rtol=1e-8, err_msg=name)
         assert values.any(), f"{name} is never counted"
+
+
+def test_sums_of_a_trial_are_those_of_a_loop_over_it():
+    arrays = made_up(TRIALS)
+    figures = statistics_of(arrays, SCENARIO, NAMES)
+    for trial in range(TRIALS):
+        own = {
+            name: values
+            if name == "uav_velocity"
+            else np.take(values, [trial], axis=0 if name in ("truth", "present") else 1)
+            for name, values in arrays.items()
+        }
+        for name, values in by_loops(own).items():
+            if name not in ("sum_rate", "fallback"):
+                slots = values[:, -1:] if name in ("known", "there") else values
+                whole = slots.reshape(len(NAMES), -1).sum(axis=-1)
+                found = figures[f"{TRIAL}{name}"][:, trial]
+                np.testing.assert_allclose(found, whole, rtol=1e-8, atol=1e-15, err_msg=name)
 
 
 def test_the_information_is_that_of_the_variances_nature_drew_with():
@@ -197,7 +217,7 @@ def test_statistics_of_blocks_come_to_those_of_the_run():
     assert set(joined) == set(whole)
     for name, values in whole.items():
         np.testing.assert_allclose(joined[name], values, rtol=1e-9, atol=1e-12, err_msg=name)
-    for name in PER_TRIAL:
+    for name in filter(per_trial, whole):
         np.testing.assert_array_equal(joined[name], whole[name])  # in the order of the blocks
 
 

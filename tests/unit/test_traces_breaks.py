@@ -79,6 +79,14 @@ def test_a_sample_at_an_absurd_place_is_left_out(tmp_path, k, place):
     assert found.notes
 
 
+def test_absurd_places_do_not_move_the_origin(tmp_path):
+    rows = drive("a", 20.0)
+    rows[7] = Row(rows[7].t, "a", "1e7", "0", "20")
+    found = read(tmp_path, as_csv(rows))
+    # From -100 m to 100 m: the origin is in the middle.
+    assert found.motion.position[0, 0] == pytest.approx(-100.0)
+
+
 @pytest.mark.parametrize("far", [-9999.0, 1e6])
 def test_absurd_places_beside_the_road_do_not_turn_it(tmp_path, far):
     rows = drive("a", 20.0)
@@ -130,10 +138,11 @@ def test_noisy_positions_are_no_jumps(tmp_path):
     assert found.times("a").size == 1001
 
 
-def test_a_change_of_two_lanes_in_a_step_is_motion(tmp_path):
-    rows = drive("a", 10.0)
+@pytest.mark.parametrize("step", [0.025, 0.1, 0.5, 1.0])
+def test_a_change_of_two_lanes_in_a_step_is_motion(tmp_path, step):
+    rows = drive("a", 10.0, step=step, n=round(12 / step))
     rows[8:] = with_columns(rows[8:], y=lambda y: y + 4.8)
     along = road_between((0.0, 0.0), (1.0, 0.0))
-    found = read(tmp_path, as_csv([*OTHER, *rows]), road=along)
+    found = read(tmp_path, as_csv([*OTHER, *rows]), road=along, slot=0.5)
     assert found.notes == []
     np.testing.assert_allclose(found.velocity("a"), 10.0, rtol=1e-9)

@@ -1,5 +1,7 @@
 """Traces whose speeds, times and positions contradict each other."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -52,7 +54,7 @@ def test_wrong_units_are_refused_with_their_name(tmp_path, rows, column, factor,
     content = as_csv(with_columns(rows, **{column: times(factor)}))
     message = refusal(tmp_path, content)
     assert cause in message
-    assert message.startswith((", line 2: vehicle 'a' moves", ", line 3: vehicle 'a' moves"))
+    assert re.match(r", line \d+: vehicle '[ab]' moves ", message)
 
 
 @pytest.mark.parametrize("write", FORMATS.values(), ids=FORMATS)

@@ -43,6 +43,12 @@ def test_even_steps_are_found_behind_rounded_times(tmp_path, step, digits, veloc
     assert np.abs(found.velocity("a") - expected).max() <= 0.01 * expected.min() + slack
 
 
+@pytest.mark.parametrize("step", [0.025, 0.5])
+def test_nobody_may_be_near(tmp_path, step):
+    found = read(tmp_path, as_csv(rounded(step, 2)), seconds=5.0, range_m=10.0, origin=1e4)
+    assert not found.motion.present.any()
+
+
 def test_samples_may_be_missing(tmp_path):
     rows = rounded(0.025, 2)
     kept = [row for k, row in enumerate(rows) if k not in (3, 30, 31, 90, 150, 151)]

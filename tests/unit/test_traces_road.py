@@ -12,6 +12,8 @@ from echobeam.traces.road import Road, RoadError, road_between
 from echobeam.traces.sample import Sample, TraceError
 from echobeam.traces.survey import survey_trace
 
+from ..drives import Row, as_csv, drive, read
+
 PATH = Path("trace.csv")
 
 
@@ -124,6 +126,71 @@ def test_roundabout_is_refused_as_a_road():
     circle = 30 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     with pytest.raises(TraceError, match=r"trace\.csv: .*straight road.*road given"):
         survey_trace(PATH, samples({"a": circle}))
+
+
+def test_vehicles_on_other_roads_do_not_turn_the_fitted_one():
+    tracks = {
+        **{f"a{i}": straight(0.3, 3.5 * i, np.linspace(0, 200, 11)) for i in range(6)},
+        "parallel": straight(0.3, 300.0, np.linspace(0, 200, 11)),
+        "crossing": straight(0.3 + math.pi / 2, 0.0, np.linspace(-60, 60, 11), (100, 30)),
+    }
+    road = survey_trace(PATH, samples(tracks)).road
+    assert road.heading == pytest.approx(0.3, abs=1e-12)
+    assert road.half_width == 30.0
+    middle = straight(0.3, 3.5 * 2.5, [50.0])[0]
+    assert road.across(*middle) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_two_carriageways_within_the_roads_width_are_one_road():
+    tracks = {
+        "east": straight(0.1, -20.0, np.linspace(0, 200, 11)),
+        "west": straight(0.1, 20.0, np.linspace(200, 0, 11)),
+    }
+    survey = survey_trace(PATH, samples(tracks))
+    assert survey.road.heading == pytest.approx(0.1, abs=1e-12)
+    assert survey.extent is not None
+
+
+def test_two_roads_that_carry_as_much_are_refused():
+    tracks = {
+        "one": straight(0.1, 0.0, np.linspace(0, 200, 11)),
+        "other": straight(0.1, 200.0, np.linspace(0, 200, 11)),
+    }
+    with pytest.raises(TraceError, match=r"within 30 m of the one that fits best.*road given"):
+        survey_trace(PATH, samples(tracks))
+
+
+def test_extent_is_that_of_the_samples_on_the_fitted_road(tmp_path):
+    rows = [
+        *drive("a", 20.0),
+        *drive("b", 15.0, y=3.0),
+        *drive("c", 15.0, y=6.0),
+        *drive("far", 20.0, x=500.0, y=90.0),
+    ]
+    found = read(tmp_path, as_csv(rows))
+    # On the road from -100 m to 100 m; the far one reaches to 700 m.
+    at_first = {found.motion.names[i]: x for i, x in zip(*first_slot(found.motion), strict=True)}
+    assert at_first == pytest.approx({"a": -100.0, "b": -100.0, "c": -100.0})
+    (note,) = found.notes
+    assert "1 of 4 vehicles is off the road (more than 30 m from its axis, up to 87 m)" in note
+    assert "first 'far' in line 65: not served there" in note
+
+
+def first_slot(motion):
+    here = motion.present[0]
+    return motion.identity[0][here], motion.position[0][here]
+
+
+def test_a_crossing_car_is_served_only_while_it_is_on_the_road(tmp_path):
+    # Seven cars along x, one across at 10 m/s.
+    rows = [row for i in range(7) for row in drive(f"a{i}", 20.0, y=3.0 * i)]
+    across = [Row(f"{k / 2}", "b", "0", f"{-50 + 5 * k}", "10") for k in range(21)]
+    found = read(tmp_path, as_csv([*rows, *across]))
+    y = -50 + 10 * found.times("b")
+    assert np.abs(y - 9.0).max() <= 30.0
+    assert found.velocity("a3").size == 101
+    np.testing.assert_allclose(found.velocity("a3"), 20.0)
+    assert "1 of 8 vehicles is off the road" in found.notes[0]
 
 
 def test_given_road_counts_only_the_vehicles_on_it():

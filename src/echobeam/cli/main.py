@@ -91,7 +91,7 @@ def cli() -> None:
 
 
 def _tell(otherwise: Callable[..., None], message: Warning | str, *where: Any, **to: Any) -> None:
-    """Print what is used otherwise than it was given as a message of ours, without a place."""
+    """Print a warning about the input as a message of ours, without its place in the source."""
     if isinstance(message, InputWarning):
         click.echo(f"echobeam: {message}", err=True)
     else:

@@ -80,19 +80,12 @@ def command(
     echobeam plot paper-multi.nc --kind patterns --scheme pilot --slots 2,10
     echobeam plot ripple.nc --x coverage.ripple --quantity outage --out outage.pdf
     """
-    from echobeam.plots import Choice, figures
-    from echobeam.plots.saving import file_format, write
-    from echobeam.store.result import open_any
-    from echobeam.store.writing import check_writable
+    from echobeam.commands.plot import record_pictures
+    from echobeam.plots import Choice
 
-    suffix = file_format(out.suffix or ".png" if out else ".png")
     choice = Choice(schemes, trial, read_slots(slots), x, quantity, title)
-    with open_any(result) as dataset:
-        target = out or result
-        for kind, data in figures(dataset, kinds, choice).items():
-            path = target.parent / f"{target.stem}-{kind}.{suffix}"
-            check_writable(path, force=True)
-            click.echo(write(data, path))
+    for path in record_pictures(result, out, kinds, choice):
+        click.echo(path)
 
 
 def read_slots(text: str | None) -> tuple[int, ...]:

@@ -104,7 +104,7 @@ def text_report(
 ) -> str:
     """Return the table of mean sum rates with 95 % intervals, and what stands out."""
     figures = summarise(result, scenario)
-    exponent = _exponent(figures)
+    exponent = _exponent(scenario)
     unit = "bit/s/Hz" if exponent == 0 else f"10^{exponent} bit/s/Hz"
     trials = result.sizes["trial"]
     interval = ", with 95 % interval" if trials > 1 else ""
@@ -173,10 +173,16 @@ def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str
     ]
 
 
-def _exponent(figures: Mapping[str, SchemeSummary]) -> int:
-    """Return the power of ten, a multiple of three, in which the rates read well."""
-    largest = max((float(figure.rate_mean.max()) for figure in figures.values()), default=0.0)
-    return 0 if largest <= 0 else min(0, 3 * math.floor(math.log10(largest) / 3))
+def _exponent(scenario: Scenario) -> int:
+    """Return the power of ten, a multiple of three, in which a scenario's rates are printed.
+
+    It is that of the rate of a matched beam straight down, so that all runs of a scenario have
+    the same, whatever their schemes and trials.
+    """
+    radio, height = scenario.radio, scenario.uav.height
+    snr = scenario.array.n_tx * radio.power * radio.alpha0**2 / (radio.noise * height**2)
+    best = math.log1p(snr) / math.log(2.0)
+    return 0 if not 0.0 < best < math.inf else min(0, 3 * math.floor(math.log10(best) / 3))
 
 
 def _rows(

@@ -66,12 +66,14 @@ def command(
     """
     from echobeam.commands.progress import progress_bar
     from echobeam.commands.sweep import record_grid
+    from echobeam.sweeps.grid import read_varied
     from echobeam.sweeps.recorded import open_sweep
 
     bar = partial(progress_bar, quiet=quiet)
     with contextlib.redirect_stdout(sys.stderr):  # a user's scheme may print: not our output
+        axes = [partial(read_varied, text) for text in varied]
         asked = options.request(scenario, **wanted)
-        grid, name, target, done = record_grid(asked, varied, out, csv_path, full=full, bar=bar)
+        grid, name, target, done = record_grid(asked, axes, out, csv_path, full=full, bar=bar)
     if not done.anything and not quiet:
         click.echo(f"{target}: is complete, nothing was to be done", err=True)
     if quiet and not as_json:

@@ -13,7 +13,13 @@ import numpy as np
 from echobeam.scenario.checking import checked
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.statistics import NEEDED
-from echobeam.simulation.summary import PER_SLOT, SCALARS, SchemeSummary, summarise
+from echobeam.simulation.summary import (
+    PER_SLOT,
+    SCALARS,
+    SchemeSummary,
+    interval_name,
+    summarise,
+)
 from echobeam.store.result import VARY, open_result
 from echobeam.store.writing import StoreError
 from echobeam.sweeps.recorded import open_sweep
@@ -92,8 +98,7 @@ def _table(dataset: xr.Dataset, label: str) -> pd.DataFrame:
 def _rows_of_scheme(figure: SchemeSummary) -> Iterator[tuple[str, Row]]:
     """Yield the quantities of one scheme of a run."""
     for name in SCALARS:
-        interval = figure.frame_rate_interval if name == "frame_rate_mean" else None
-        yield name, _row(getattr(figure, name), interval)
+        yield name, _row(getattr(figure, name), figure.intervals[name])
     for name in OVER_SLOTS:
         yield name, _row(_mean(getattr(figure, name)))
 
@@ -107,8 +112,7 @@ def _rows_of_sweep(
         point = dataset.isel(dict(zip(axes, place, strict=True)))
         at = tuple(point[axis].item() for axis in axes)
         for name in SCALARS:
-            interval = point["frame_rate_interval"].values if name == "frame_rate_mean" else None
-            yield (*at, name), _row(point[name].item(), interval)
+            yield (*at, name), _row(point[name].item(), point[interval_name(name)].values)
         for name in OVER_SLOTS:
             yield (*at, name), _row(_mean(point[name].values))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
@@ -17,7 +17,7 @@ from echobeam.numerals import plain
 from echobeam.scenario.dump import value_text
 from echobeam.scenario.load import Source
 from echobeam.store.recorded import Done
-from echobeam.sweeps.grid import Grid, read_varied
+from echobeam.sweeps.grid import Grid, Varied, read_varied, together
 from echobeam.sweeps.recorded import Sweep, open_sweep, record_sweep
 from echobeam.traces.progress import reading_shown
 
@@ -60,8 +60,9 @@ def sweep(
         A scenario, a built-in scenario's name, or the path of a scenario file.
     vary
         Dotted keys with their values, ``{"array.n_tx": [16, 32], "radio.power": [1, 10]}``; several
-        make a product. A tuple of keys varies them together. Or texts as on the command line,
-        ``["array.n_tx=16,32"]``.
+        make a product. A tuple of keys varies them together, each point a value for all or a tuple
+        with one for each, ``{("array.n_tx", "array.n_rx"): [16, (32, 30)]}``. Or texts as on the
+        command line, ``["array.n_tx=16,32"]``.
     csv
         A table of the figures too.
     full
@@ -98,7 +99,7 @@ def sweep(
     )
     places = (None if path is None else Path(path) for path in (out, csv))
     bar = partial(interactive_bar, quiet=quiet)
-    return open_sweep(record_grid(asked, varied_texts(vary), *places, full=full, bar=bar).out)
+    return open_sweep(record_grid(asked, axes_of(vary), *places, full=full, bar=bar).out)
 
 
 class SweepDone(NamedTuple):
@@ -112,7 +113,7 @@ class SweepDone(NamedTuple):
 
 def record_grid(
     wanted: Request,
-    varied: Sequence[str],
+    axes: Sequence[Callable[[], Varied]],
     out: Path | None,
     csv: Path | None,
     *,
@@ -120,7 +121,6 @@ def record_grid(
     bar: Bar,
 ) -> SweepDone:
     """Run what is requested over a grid to its files; for commands and `sweep` alike."""
-    axes = [partial(read_varied, text) for text in varied]
     asked = wanted.read(axes)
     name = asked.scenario.name
     grid = Grid(wanted.source, wanted.overrides, tuple(axis() for axis in axes), wanted.trace)
@@ -141,45 +141,45 @@ def record_grid(
     return SweepDone(grid, name, whole.out, done)
 
 
-def varied_texts(vary: Vary) -> tuple[str, ...]:
-    """Return the axes of a grid as texts ``KEY=V1,V2,...``.
+def axes_of(vary: Vary) -> list[Callable[[], Varied]]:
+    """Return the axes of a grid, each to be read with all other input.
 
     Raises
     ------
     InputError
-        If a key has no list of values, or a value is none that a text could say.
+        If a key has no list of values, or a value is none that a scenario could hold.
     """
     if isinstance(vary, str):
-        return (vary,)
+        return [partial(read_varied, vary)]
     if not isinstance(vary, Mapping):
-        return tuple(map(str, vary))
-    return tuple(_varied(key, values) for key, values in vary.items())
+        return [partial(read_varied, str(text)) for text in vary]
+    return [_axis(key, values) for key, values in vary.items()]
 
 
-def _varied(key: str | tuple[str, ...], values: object) -> str:
+def _axis(key: str | tuple[str, ...], values: object) -> Callable[[], Varied]:
     keys = (key,) if isinstance(key, str) else tuple(key)
     name = ",".join(keys)
     listed = values.tolist() if isinstance(values, np.ndarray) else values
     if isinstance(listed, str | Mapping) or not hasattr(listed, "__iter__"):
         raise InputError(f"vary {name}: {values!r} is not accepted; expected a list of values")
-    return f"{name}={','.join(_value(name, len(keys), value) for value in listed)}"
+    return partial(together, keys, [_point(name, len(keys), value) for value in listed])
 
 
-def _value(name: str, count: int, value: object) -> str:
-    """Return a value as a text; of keys varied together the one that all of them have."""
+def _point(name: str, count: int, value: object) -> tuple[str, ...]:
+    """Return the texts of one point's values, one for each key."""
     value = plain(value)
     if count > 1 and isinstance(value, list | tuple):
-        if len(value) != count or any(item != value[0] for item in value):
-            raise InputError(
-                f"vary {name}: {value!r} is not accepted; keys that vary together have one value"
-            )
-        value = value[0]
+        return tuple(_text(name, one) for one in value)
+    return (_text(name, value),) * count
+
+
+def _text(name: str, value: object) -> str:
     try:
         text = value if isinstance(value, str) else value_text(value)
     except TypeError:
         text = ""
-    if not text or (isinstance(value, str) and "," in value):
+    if not text:
         raise InputError(
-            f"vary {name}: {value!r} is not accepted; expected a text without commas or a number"
+            f"vary {name}: {value!r} is not accepted; expected a text, a number or a list"
         )
     return text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import re
 import textwrap
@@ -67,6 +68,16 @@ _LINE_HEIGHT = 0.13  # inches per line of the title
 _CHARACTERS_PER_INCH = 13  # legends and titles were measured to have 15 to 17
 
 
+class Picture(Figure):
+    """Figure that a notebook shows by itself, whether or not pyplot was imported."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        with styled():
+            self.savefig(buffer, format="png", dpi=150)
+        return buffer.getvalue()
+
+
 @contextmanager
 def styled() -> Iterator[None]:
     """Draw or save in this style, whatever the user's own matplotlib settings are."""
@@ -78,7 +89,7 @@ def styled() -> Iterator[None]:
 
 
 @styled()
-def draw(data: FigureData, *, captions: bool = True) -> Figure:
+def draw(data: FigureData, *, captions: bool = True) -> Picture:
     """Draw a figure.
 
     Parameters
@@ -95,7 +106,7 @@ def draw(data: FigureData, *, captions: bool = True) -> Figure:
     """
     lines = _heading(data) if captions else []
     width, height = data.size
-    figure = Figure((width, height + _LINE_HEIGHT * len(lines)), layout="constrained")
+    figure = Picture((width, height + _LINE_HEIGHT * len(lines)), layout="constrained")
     if lines:
         figure.suptitle("\n".join(lines))
     layout = data.layout or (tuple(range(len(data.panels))),)

@@ -5,13 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from echobeam.plots.record import FigureData
 from echobeam.plots.source import PlotError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PICTURES = ("png", "pdf", "svg")
 FORMATS = (*PICTURES, "csv", "json")
@@ -48,7 +45,7 @@ def picture_formats(suffixes: Sequence[str]) -> tuple[str, ...]:
 
 
 def write(data: FigureData, path: Path, *, captions: bool = True) -> Path:
-    """Write a figure in the format of its suffix: a picture, or its numbers.
+    """Write a figure in the format of its suffix, under a temporary name that is then renamed.
 
     Parameters
     ----------
@@ -67,42 +64,17 @@ def write(data: FigureData, path: Path, *, captions: bool = True) -> Path:
         If the file cannot be written; nothing is left behind.
     """
     kind = file_format(path.suffix)
-    if kind in PICTURES:
-        from echobeam.plots.drawing import draw
-
-        return save(draw(data, captions=captions), path)
-    partial = _partial(path)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        partial.write_text(data.csv() if kind == "csv" else data.json(), encoding="utf-8")
+        if kind in PICTURES:
+            from echobeam.plots.drawing import draw, styled
+
+            with styled():
+                figure = draw(data, captions=captions)
+                figure.savefig(partial, format=kind, metadata=_METADATA[kind])
+        else:
+            partial.write_text(data.csv() if kind == "csv" else data.json(), encoding="utf-8")
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
     return path
-
-
-def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a picture in the format of its suffix, under a temporary name that is then renamed.
-
-    Raises
-    ------
-    PlotError
-        If the suffix is none of `PICTURES`.
-    OSError
-        If the file cannot be written; nothing is left behind.
-    """
-    from echobeam.plots.drawing import styled
-
-    target = Path(path)
-    (kind,) = picture_formats([target.suffix])
-    partial = _partial(target)
-    try:
-        with styled():
-            figure.savefig(partial, format=kind, metadata=_METADATA[kind])
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)
-    return target
-
-
-def _partial(target: Path) -> Path:
-    return target.with_name(f".{target.name}.{os.getpid()}.tmp")

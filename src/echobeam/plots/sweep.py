@@ -11,6 +11,7 @@ import numpy as np
 from echobeam.plots.looks import Look, parameter_look, scheme_looks
 from echobeam.plots.record import Axis, FigureData, Panel, Series, grid
 from echobeam.plots.source import Choice, PlotError
+from echobeam.simulation.summary import interval_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +104,7 @@ def _series(
     """
     others = [str(one) for one in part.dims if one not in (dimension, "scheme")]
     _, factor = _unit(str(dataset[part.name].attrs.get("units", "")))
-    interval, places = dataset.get(f"{part.name}_interval"), _places(dataset, key)
+    interval, places = dataset.get(interval_name(str(part.name))), _places(dataset, key)
     looks = scheme_looks(schemes)
 
     def line(scheme: str, where: dict[str, int], name: str, look: Look) -> Series:

@@ -10,6 +10,7 @@ from echobeam.plots.looks import BLACK, DOTTED, Look, object_look
 from echobeam.plots.record import Axis, FigureData, Note, Panel, Series
 from echobeam.plots.scene import (
     FORECAST,
+    Cone,
     Scene,
     chosen_slots,
     cone_series,
@@ -26,7 +27,7 @@ _ELLIPSES = 3
 # Half-axes of the ellipse that holds 95 % of a Gaussian in the plane: sqrt(-2 ln 0.05) sigmas.
 _ELLIPSE_SIGMAS = float(np.sqrt(-2.0 * np.log(0.05)))
 _FLATTEST = 3.0
-_PREDICTED = Look("0.25", "x", "")
+PREDICTED = Look("0.25", "x", "")
 _ESTIMATED = Look("0.25", "o", "-")
 _ROAD, _HEIGHT = Axis("Position along the road", "m"), Axis("Height", "m")
 
@@ -44,7 +45,7 @@ def trajectories(source: Source) -> FigureData:
     if source.scenario.trace is not None or len(scene.stays) > _CLOSE_UPS:
         return _over_time(source, scene)
     close = scene.stays[:_CLOSE_UPS]
-    panels = [_scene_panel(scene)]
+    panels = [scene_panel(scene)]
     panels += [_close_up(scene, k, stay) for k, stay in close]
     panels += [_road_panel(source, scene, k, stay) for k, stay in close]
     return _figure(source, panels, len(close))
@@ -62,7 +63,7 @@ def _figure(source: Source, panels: list[Panel], close: int) -> FigureData:
         road = [1 + close + i for i in range(close)] + [-1] * (columns - close)
         layout = (tuple(upper), tuple(lower), tuple(road))
     key = [
-        ("true path", Look("0.25")), ("estimated", _ESTIMATED), ("predicted", _PREDICTED),
+        ("true path", Look("0.25")), ("estimated", _ESTIMATED), ("predicted", PREDICTED),
         ("95 % region (if within axes)", Look("0.3", "o", "")), ("forecast, with ±3σ", FORECAST),
     ]  # fmt: skip
     return FigureData(
@@ -117,7 +118,7 @@ def path_series(name: str, path: Array, look: Look) -> Series:
                   legend=False, arrow=True)  # fmt: skip
 
 
-def _scene_panel(scene: Scene) -> Panel:
+def scene_panel(scene: Scene) -> Panel:
     """Return all paths, to scale where the scene is not too flat."""
     series = [path_series("UAV", scene.uav, Look(BLACK))]
     series += [
@@ -166,7 +167,7 @@ def _close_up(scene: Scene, k: int, stay: slice) -> Panel:
     ellipses = _ellipses(path, estimated, predicted, scene.spread[stay, k], look)
     series = [
         path_series("true", path, look),
-        Series("predicted", predicted[marked, 0], predicted[marked, 1], look=_PREDICTED,
+        Series("predicted", predicted[marked, 0], predicted[marked, 1], look=PREDICTED,
                kind="points", legend=False),
         Series("estimated", estimated[marked, 0], estimated[marked, 1], look=_ESTIMATED,
                kind="points", legend=False, hollow=True),
@@ -216,13 +217,7 @@ def _ellipses(
 
 
 def _road_panel(source: Source, scene: Scene, k: int, stay: slice) -> Panel:
-    """Return one object's true position along the road and what was forecast of it."""
-    look = object_look(k).plain("-")
-    slots = source.slots
-    series = [
-        Series("true", slots[stay], scene.true[stay, k, 0], look=look, kind="line", width=2.2,
-               legend=False)
-    ]  # fmt: skip
+    """Return one object's way along the road, with forecasts from a few slots of its stay."""
     one = source.one_trial("estimated", "estimated_cov", "uav_position", "uav_velocity")
     mean = one["estimated"].isel(object=k).transpose("slot", "state").values
     cov = one["estimated_cov"].isel(object=k).transpose("slot", "state", "state_b").values
@@ -230,10 +225,37 @@ def _road_panel(source: Source, scene: Scene, k: int, stay: slice) -> Panel:
         one[name].transpose("slot", "axis").values for name in ("uav_position", "uav_velocity")
     )
     system = system_for(source.scenario, source.one_scheme())
-    cones = make_cones(mean, cov, chosen_slots(stay), stay.stop, (position, velocity), system)
-    series += [part for cone in cones for part in cone_series(cone, slots, look.colour)]
+    starts = chosen_slots(stay)
+    cones = make_cones(mean, cov, starts, stay.stop, (position, velocity), system)
+    return road_panel(Axis("Slot"), source.slots, scene, (k, stay), cones)
+
+
+def road_panel(
+    axis: Axis, at: Array, scene: Scene, stay: tuple[int, slice], cones: list[Cone]
+) -> Panel:
+    """Return true and predicted positions of one object along the road, and what was forecast.
+
+    Parameters
+    ----------
+    axis, at
+        Axis of the slots, and the places ``(n,)`` of all of them on it.
+    scene
+        Positions.
+    stay
+        An object and its slots.
+    cones
+        Its forecasts.
+    """
+    k, slots = stay
+    look, x = object_look(k), at[slots]
+    true, predicted = scene.true[slots, k, 0], scene.predicted[slots, k, 0]
+    marked = _marked(x.size)
+    series = [
+        Series("true", x, true, look=look.plain("-"), kind="line", width=2.2, legend=False),
+        Series("predicted", x[marked], predicted[marked], look=PREDICTED, kind="points",
+               legend=False),
+    ]  # fmt: skip
+    series += [part for cone in cones for part in cone_series(cone, at, look.colour)]
     notes = () if cones else (Note("no forecast", 0.5, 0.85, "0.45", inside=True),)
-    return Panel(
-        Axis("Slot"), Axis("Position", "m"), tuple(series), f"object {k + 1}",
-        notes=notes,
-    )  # fmt: skip
+    y = Axis("Position", "m")
+    return Panel(axis, y, tuple(series), f"object {k + 1}", notes=notes)

@@ -100,37 +100,10 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
         "|---|---|---|---|---|",
     ]
     lines += [_row(finding) for finding in findings]
-    lines += _headlines(sensitivity) + _map(sensitivity)
+    lines += _map(sensitivity)
     lines += ["", "## Readings and rules", ""]
     lines += [_paragraph(finding) for finding in findings]
     return "\n".join(lines) + "\n"
-
-
-def _headlines(sensitivity: Sequence[Entry]) -> list[str]:
-    """Return the map of the claims with a printed number, with ours."""
-    rows = [
-        f"| {claim.id} | {one.reading} | {written(measured.headline, measured.unit)} | "
-        f"{claim.paper} {measured.unit} | {100 * one.fallbacks:.3g} % | {one.judgement} |"
-        for one in sensitivity
-        for claim, measured in [(one.finding.claim, one.finding.measured)]
-        if isinstance(claim.paper, float)
-    ]
-    if not rows:
-        return []
-    return [
-        "",
-        "## Sensitivity of the headline improvements",
-        "",
-        f"Improvement in slot 6, one reading changed at a time. {_trials(sensitivity)} Where there "
-        "is a floor (min_rate; two objects only) it goes with P_T in proportion. Fallback: "
-        "directional slots in which no beams met all that was asked, in the scheme that had more "
-        "of them. Where most did not, what was measured is no design of the paper's, and not "
-        "judged.",
-        "",
-        "| Claim | Reading | Ours | Paper | Fallback | Verdict |",
-        "|---|---|---|---|---|---|",
-        *rows,
-    ]
 
 
 def _map(sensitivity: Sequence[Entry]) -> list[str]:

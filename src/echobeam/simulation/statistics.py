@@ -25,8 +25,14 @@ from echobeam.values import Array, BoolArray, Mode
 
 Statistics = dict[str, Array]
 
-PER_TRIAL = ("sum_rate", "fallback")
-"""Statistics with a trial axis, ``(scheme, trial, ...)``; all others are sums."""
+TRIAL = "trial_"
+"""Prefix of sums over a trial's slots and objects, from which intervals over trials come."""
+
+
+def per_trial(name: str) -> bool:
+    """Return whether a statistic has a trial axis, ``(scheme, trial, ...)``; others are sums."""
+    return name in ("sum_rate", "fallback") or name.startswith(TRIAL)
+
 
 NEEDED = (
     "truth",
@@ -69,7 +75,8 @@ def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> S
         trials and objects, (scheme, slot): ``nees``, ``nis`` with ``nees_count``,
         ``nis_degrees``, ``below``/``served`` (objects below their floor), ``inside``/``covered``
         (true angles inside the covered interval), ``known``/``there`` (objects with a track);
-        and those of `bound_terms`.
+        all of these once more as sums over each trial's slots and objects, (scheme, trial), see
+        `TRIAL`, where ``known``/``there`` are those of the last slot; and `bound_terms`.
     """
     present = np.asarray(arrays["present"], dtype=bool)
     rate = _floats(arrays["rate"])
@@ -80,11 +87,11 @@ def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> S
     figures = {
         "sum_rate": sum_rate(rate, present),
         "fallback": np.asarray(arrays["fallback"], dtype=float).sum(axis=-1),
-        "below": _count(in_service & ~(rate >= floors)),
-        "served": _count(np.broadcast_to(in_service, rate.shape)),
-        "known": _count(present & known),
-        "there": _count(np.broadcast_to(present, rate.shape)),
     }
+    figures |= _sums("below", in_service & ~(rate >= floors))
+    figures |= _sums("served", np.broadcast_to(in_service, rate.shape))
+    figures |= _sums("known", present & known, last=True)
+    figures |= _sums("there", np.broadcast_to(present, rate.shape), last=True)
     centres = [coverage.centre for coverage in coverages]
     figures |= _errors(arrays) | _innovations(arrays, scenario) | _cover(arrays, centres)
     return figures | bound_terms(arrays, scenario)
@@ -94,7 +101,7 @@ def join(parts: Sequence[Statistics]) -> Statistics:
     """Return the statistics of several blocks, given in order."""
     return {
         name: np.concatenate([one[name] for one in parts], axis=1)
-        if name in PER_TRIAL
+        if per_trial(name)
         else np.sum([one[name] for one in parts], axis=0)
         for name in parts[0]
     }
@@ -140,14 +147,17 @@ def posterior_errors(estimated: Array, truth: Array) -> Array:
 
 
 def error_sums(error: Array) -> Statistics:
-    """Return sums over the trials of squared errors ``(scheme, trial, slot, object, S)``."""
-    return {
-        "errors": np.isfinite(error[..., 0]).sum(axis=1).astype(float),
-        **{
-            f"squares_{name}": np.nansum(error[..., index] ** 2, axis=1)
-            for index, name in enumerate(POLAR.names)
-        },
+    """Return sums of squared errors ``(scheme, trial, slot, object, S)``, see `statistics_of`."""
+    found = np.isfinite(error[..., 0])
+    sums: Statistics = {
+        "errors": found.sum(axis=1).astype(float),
+        f"{TRIAL}errors": found.sum(axis=(2, 3)).astype(float),
     }
+    for index, name in enumerate(POLAR.names):
+        square = error[..., index] ** 2
+        sums[f"squares_{name}"] = np.nansum(square, axis=1)
+        sums[f"{TRIAL}squares_{name}"] = np.nansum(square, axis=(2, 3))
+    return sums
 
 
 def cover_centre(predicted: Array, estimated: Array, centre: str) -> Array:
@@ -192,22 +202,21 @@ def _floats(values: npt.NDArray[np.generic]) -> Array:
     return np.asarray(values, dtype=np.float64)
 
 
-def _count(mask: npt.NDArray[np.bool_]) -> Array:
-    """Return how often a mask ``(scheme, trial, slot, object)`` holds, per scheme and slot."""
-    count: Array = mask.sum(axis=(1, 3)).astype(float)
-    return count
+def _sums(name: str, values: npt.NDArray[np.generic], *, last: bool = False) -> Statistics:
+    """Return sums of ``(scheme, trial, slot, object)`` values over trials, and over a trial.
+
+    What is not finite counts as nothing; ``last`` takes a trial's last slot alone.
+    """
+    numbers = np.asarray(values, dtype=float)
+    numbers = np.where(np.isfinite(numbers), numbers, 0.0)
+    own = numbers[:, :, -1:] if last else numbers
+    return {name: numbers.sum(axis=(1, 3)), f"{TRIAL}{name}": own.sum(axis=(2, 3))}
 
 
 def _positive(cov: Array) -> BoolArray:
     """Return where a covariance has positive variances, ``(...)``."""
     positive: BoolArray = np.all(np.diagonal(cov, axis1=-2, axis2=-1) > 0, axis=-1)
     return positive
-
-
-def _total(values: Array) -> Array:
-    """Return the sum of the finite values over trials and objects, per scheme and slot."""
-    total: Array = np.where(np.isfinite(values), values, 0.0).sum(axis=(1, 3))
-    return total
 
 
 def _errors(arrays: Arrays) -> Statistics:
@@ -220,10 +229,9 @@ def _errors(arrays: Arrays) -> Statistics:
         np.where(doubtful[..., None, None], cov, np.eye(POLAR.size)),
         POLAR.angles,
     )
-    return error_sums(error) | {
-        "nees": _total(normalised),
-        "nees_count": _count(np.isfinite(normalised)),
-    }
+    return (
+        error_sums(error) | _sums("nees", normalised) | _sums("nees_count", np.isfinite(normalised))
+    )
 
 
 def uav_motion(arrays: Arrays) -> tuple[Array, Array]:
@@ -250,10 +258,8 @@ def _innovations(arrays: Arrays, scenario: Scenario) -> Statistics:
         np.where(used, variance, np.inf),
         POLAR.angles,
     )
-    return {
-        "nis": _total(np.where(used.any(axis=-1), squared, np.nan)),
-        "nis_degrees": used.sum(axis=(1, 3, 4)).astype(float),
-    }
+    measured = np.where(used.any(axis=-1), squared, np.nan)
+    return _sums("nis", measured) | _sums("nis_degrees", used.sum(axis=-1))
 
 
 def _cover(arrays: Arrays, centres: Sequence[str]) -> Statistics:
@@ -268,7 +274,5 @@ def _cover(arrays: Arrays, centres: Sequence[str]) -> Statistics:
     halfwidth, truth = _floats(arrays["covered"]), _floats(arrays["truth"])[..., 0]
     asked = np.isfinite(centre) & np.isfinite(halfwidth) & np.isfinite(truth)
     off = np.abs(wrap(np.where(asked, centre - truth, 0.0)))
-    return {
-        "inside": _count(asked & (off <= np.where(asked, halfwidth, 0.0))),
-        "covered": _count(asked),
-    }
+    inside = asked & (off <= np.where(asked, halfwidth, 0.0))
+    return _sums("inside", inside) | _sums("covered", asked)

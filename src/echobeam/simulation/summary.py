@@ -5,7 +5,7 @@ Results are read in chunks of trials, so that a summary takes little memory howe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from echobeam.simulation.bound import TERMS, bound_of
 from echobeam.simulation.dataset import VARIABLES
 from echobeam.simulation.statistics import (
     NEEDED,
+    TRIAL,
     Statistics,
     join,
     of_scheme,
@@ -61,6 +62,8 @@ class SchemeSummary:
     nees, nis
         ``(n,)``: normalised squared error of the posterior (3 for an honest filter) and squared
         innovation per measured component (1 for an honest filter); NaN where there is none.
+    frame_angle_rmse, frame_distance_rmse, frame_nees, frame_nis
+        The same over all slots.
     coverage
         Share of true angles inside the interval (38f) that the beams were designed to cover; NaN
         for a scheme that designs none.
@@ -73,6 +76,10 @@ class SchemeSummary:
     rate_over_genie, frame_rate_over_genie
         ``(n,)`` and of the mean over slots: mean sum rate over that of the scheme ``genie``; NaN
         without it.
+    intervals
+        95 % interval of every figure of the whole run, see `SCALARS`: Student's t for means, the
+        delta method for ratios of sums over trials, and of the quantile that of its ranks if the
+        frames of one trial count as one.
     """
 
     rate_mean: Array
@@ -92,11 +99,20 @@ class SchemeSummary:
     fallbacks: int
     rate_over_genie: Array
     frame_rate_over_genie: float
+    frame_angle_rmse: float
+    frame_distance_rmse: float
+    frame_nees: float
+    frame_nis: float
+    intervals: Mapping[str, tuple[float, float]]
 
 
 SCALARS = {
     "frame_rate_mean": ("bit/s/Hz", "mean sum rate over slots"),
     "frame_rate_q05": ("bit/s/Hz", "5 % quantile of a frame's mean sum rate"),
+    "frame_angle_rmse": ("rad", "RMSE of the posterior angle over all slots"),
+    "frame_distance_rmse": ("m", "RMSE of the posterior distance over all slots"),
+    "frame_nees": ("1", "normalised squared error of the posterior over all slots"),
+    "frame_nis": ("1", "normalised squared innovation per component over all slots"),
     "coverage": ("1", "share of true angles inside the covered interval"),
     "outage": ("1", "share of objects and directional slots below min_rate"),
     "lost": ("1", "share of objects without a track in the last slot"),
@@ -114,6 +130,12 @@ PER_SLOT = {
     "rate_over_genie": ("1", "mean sum rate over the genie's"),
 }
 """Figures of a scheme by their name, of a run and of each slot: unit and meaning."""
+
+
+def interval_name(quantity: str) -> str:
+    """Return the name of the variable that holds the interval of a figure of the whole run."""
+    return "frame_rate_interval" if quantity == "frame_rate_mean" else f"{quantity}_interval"
+
 
 SLOT_MEANS = ("angle_over_bound", "distance_over_bound", "nees", "nis")
 """Per-slot figures of which tables have the mean over the slots that have one."""
@@ -218,6 +240,8 @@ def improvement(
 
 def ratio_of_means(above: Array, below: Array) -> tuple[float, tuple[float, float]]:
     """Return mean(above) / mean(below) over paired samples and its 95 % interval (delta method)."""
+    if not below.sum() > 0:
+        return np.nan, (np.nan, np.nan)
     ratio = float(above.mean() / below.mean())
     deviation = np.std(above - ratio * below, ddof=1) if above.size > 1 else np.nan
     half = float(_half_width(deviation, above.size) / below.mean())
@@ -246,26 +270,83 @@ def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None)
     best = np.zeros(sum_rate.shape) if genie is None else genie
     frames = sum_rate.reshape(len(sum_rate), -1, scenario.frame.slots_per_frame).mean(axis=-1)
     rate_mean, rate_interval = mean_interval(sum_rate)
-    frame_mean, frame_interval = mean_interval(sum_rate.mean(axis=-1))
+    whole = _whole_run(part, frames, best)
     return SchemeSummary(
         rate_mean=rate_mean,
         rate_interval=rate_interval,
-        frame_rate_mean=float(frame_mean),
-        frame_rate_interval=(float(frame_interval[0]), float(frame_interval[1])),
-        frame_rate_q05=float(np.quantile(frames, 0.05)),
+        frame_rate_interval=whole["frame_rate_mean"][1],
         angle_rmse=rmse(part, "angle"),
         distance_rmse=rmse(part, "distance"),
         angle_over_bound=over_bound(part, "angle", scenario),
         distance_over_bound=over_bound(part, "distance", scenario),
         nees=quotient(part["nees"], part["nees_count"]),
         nis=quotient(part["nis"], part["nis_degrees"]),
-        coverage=float(quotient(part["inside"].sum(), part["covered"].sum())),
-        outage=float(quotient(part["below"].sum(), part["served"].sum())),
-        lost=1.0 - float(quotient(part["known"][-1], part["there"][-1])),
         fallbacks=int(part["fallback"].sum()),
         rate_over_genie=quotient(rate_mean, best.mean(axis=0)),
-        frame_rate_over_genie=float(quotient(frame_mean, best.mean())),
+        intervals={name: interval for name, (_, interval) in whole.items()},
+        **{name: value for name, (value, _) in whole.items() if name != "fallbacks"},
     )
+
+
+def _whole_run(
+    part: Statistics, frames: Array, best: Array
+) -> dict[str, tuple[float, tuple[float, float]]]:
+    """Return one scheme's figures of the whole run with their intervals over trials."""
+    per_trial = part["sum_rate"].mean(axis=-1)
+    lost = _share_of_trials(part, "known", "there")
+    fallbacks, ends = mean_interval(part["fallback"])
+    trials = len(frames)
+    return {
+        "frame_rate_mean": _pair(*mean_interval(per_trial)),
+        "frame_rate_q05": (float(np.quantile(frames, 0.05)), _quantile_interval(frames, 0.05)),
+        "frame_angle_rmse": _root(_of_trials(part, "squares_angle", "errors")),
+        "frame_distance_rmse": _root(_of_trials(part, "squares_distance", "errors")),
+        "frame_nees": _of_trials(part, "nees", "nees_count"),
+        "frame_nis": _of_trials(part, "nis", "nis_degrees"),
+        "coverage": _share_of_trials(part, "inside", "covered"),
+        "outage": _share_of_trials(part, "below", "served"),
+        "lost": (1.0 - lost[0], (1.0 - lost[1][1], 1.0 - lost[1][0])),
+        "fallbacks": _pair(trials * fallbacks, trials * ends),
+        "frame_rate_over_genie": ratio_of_means(per_trial, best.mean(axis=-1)),
+    }
+
+
+def _of_trials(part: Statistics, total: str, count: str) -> tuple[float, tuple[float, float]]:
+    """Return the ratio of two sums over all trials with its interval, cut at zero."""
+    ratio, (low, high) = ratio_of_means(part[f"{TRIAL}{total}"], part[f"{TRIAL}{count}"])
+    return ratio, (max(low, 0.0) if np.isfinite(low) else low, high)
+
+
+def _share_of_trials(part: Statistics, total: str, count: str) -> tuple[float, tuple[float, float]]:
+    """Return a share with its interval; of none or all that of Clopper and Pearson over trials."""
+    share, (low, high) = _of_trials(part, total, count)
+    trials = int(np.sum(part[f"{TRIAL}{count}"] > 0))
+    if share in (0.0, 1.0) and trials > 1:
+        rest = 1.0 - (0.5 - CONFIDENCE / 2) ** (1.0 / trials)
+        return share, (0.0, rest) if share == 0.0 else (1.0 - rest, 1.0)
+    return share, (low, min(high, 1.0) if np.isfinite(high) else high)
+
+
+def _root(square: tuple[float, tuple[float, float]]) -> tuple[float, tuple[float, float]]:
+    value, ends = square
+    low, high = np.sqrt(ends)
+    return float(np.sqrt(value)), (float(low), float(high))
+
+
+def _pair(value: npt.ArrayLike, ends: Array) -> tuple[float, tuple[float, float]]:
+    return float(np.asarray(value)), (float(ends[0]), float(ends[1]))
+
+
+def _quantile_interval(frames: Array, share: float) -> tuple[float, float]:
+    """Return the interval of a quantile of ``(trial, frame)`` samples by the ranks around it."""
+    from scipy.special import ndtri
+
+    trials = len(frames)
+    if trials < 2:
+        return np.nan, np.nan
+    reach = float(ndtri(0.5 + CONFIDENCE / 2)) * np.sqrt(share * (1.0 - share) / trials)
+    low, high = np.quantile(frames, np.clip([share - reach, share + reach], 0.0, 1.0))
+    return float(low), float(high)
 
 
 def _chunks(result: xr.Dataset) -> Iterator[dict[str, npt.NDArray[np.generic]]]:

@@ -21,6 +21,7 @@ from echobeam.simulation.summary import (
     SCALARS,
     SLOT_MEANS,
     SchemeSummary,
+    interval_name,
     summarise_statistics,
 )
 from echobeam.sweeps.coordinates import coordinate, first_repeated
@@ -252,14 +253,15 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
             values.reshape(*shape, *values.shape[1:]),
             {"units": units, "long_name": words},
         )
-    intervals = np.array(
-        [[point[scheme].frame_rate_interval for scheme in names] for point in figures]
-    )
-    data["frame_rate_interval"] = (
-        (*dims, "scheme", "end"),
-        intervals.reshape(*shape, len(names), 2),
-        {"units": "bit/s/Hz", "long_name": "95 % interval of frame_rate_mean"},
-    )
+    for name, (units, _) in SCALARS.items():
+        intervals = np.array(
+            [[point[scheme].intervals[name] for scheme in names] for point in figures]
+        )
+        data[interval_name(name)] = (
+            (*dims, "scheme", "end"),
+            intervals.reshape(*shape, len(names), 2),
+            {"units": units, "long_name": f"95 % interval of {name}"},
+        )
     coords: dict[str, object] = {
         key: (axis.key, *coordinate(grid.along(study.points, index), key, values))
         for index, axis in enumerate(grid.axes)

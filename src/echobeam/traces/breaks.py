@@ -52,17 +52,12 @@ class Visit(NamedTuple):
 
 
 class Step(NamedTuple):
-    """What lies between two successive samples of a vehicle: velocity, m/s, and duration, s."""
+    """Step between two successive samples of a vehicle: velocity, m/s, and duration, s."""
 
     vx: float
     vy: float
     duration: float
     impossible: bool
-
-    @property
-    def speed(self) -> float:
-        """Size of the velocity, m/s."""
-        return math.hypot(self.vx, self.vy)
 
     def away(self, other: Step) -> float:
         """Return how far from here the velocity of a neighbour would have led, m."""
@@ -82,7 +77,7 @@ class Step(NamedTuple):
 def _step(one: Sample, other: Sample) -> Step:
     duration = other.time - one.time
     dx, dy = other.x - one.x, other.y - one.y
-    impossible = math.hypot(dx, dy) > FASTEST * (duration + _SHORTEST)
+    impossible = math.hypot(dx, dy) > FASTEST * (duration + _SHORTEST) + SLACK
     return Step(dx / duration, dy / duration, duration, impossible)
 
 
@@ -105,7 +100,7 @@ class Jump(NamedTuple):
 
 @dataclass(slots=True)
 class Breaks:
-    """What was found of one vehicle.
+    """Findings about the steps of one vehicle.
 
     Attributes
     ----------
@@ -126,7 +121,7 @@ class Breaks:
 
 @dataclass(slots=True)
 class _Follower:
-    """One vehicle's samples that wait for later ones to tell whether a step was a jump.
+    """One vehicle's samples, until later ones show whether a step was a jump.
 
     The first of ``samples`` is decided and passed on already; ``steps[i]`` leads from sample i to
     the next one. ``before`` is the step that led to the first sample, if it was motion, and
@@ -161,7 +156,7 @@ class _Follower:
                 yield self._decide()
 
     def finish(self) -> Iterator[Visit]:
-        """Pass on what waits."""
+        """Pass the waiting samples on."""
         while self.steps:
             yield self._decide()
 
@@ -211,7 +206,7 @@ def unbroken(samples: Iterable[Sample], found: dict[str, Breaks]) -> Iterator[Vi
     samples
         A trace's samples, each vehicle's in order of time.
     found
-        Filled with what was found of each vehicle, by name.
+        Filled with the findings about each vehicle, by name.
 
     Yields
     ------

@@ -1,4 +1,4 @@
-"""The check of a trace for contradictions: what is refused, what is put right, and what is said."""
+"""Consistency check of a trace: contradictions are refused, or reported and put right."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ _TYPICAL = 55.0
 
 
 def check_trace(path: Path, totals: Totals, found: dict[str, Breaks]) -> tuple[str, ...]:
-    """Return what was left out or read otherwise than it is written, a sentence for each kind.
+    """Check a trace; return a sentence for each kind of data that is left out or reinterpreted.
 
     Parameters
     ----------
     path
         The file's name, for messages.
     totals
-        What is known of all vehicles together.
+        Sums over all vehicles.
     found
-        What was found of the steps of each vehicle.
+        Findings about the steps of each vehicle.
 
     Raises
     ------

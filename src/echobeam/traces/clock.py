@@ -1,4 +1,4 @@
-"""Times that were rounded when they were written, and the even steps that they stand for.
+"""Even sample times behind rounded time stamps.
 
 Steps of 0.025 s, written with two digits, read 0.03, 0.05, 0.08: the times jitter by a fifth of a
 step, and so would every speed. Where the steps of a trace differ by no more than the last digit,

@@ -72,7 +72,7 @@ class _Placed(NamedTuple):
 
 @dataclass(slots=True)
 class OffRoad:
-    """What was seen beside the road.
+    """Samples beside the road.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ def collect(
     window
         Times and distances along the road to be known.
     off
-        Filled with what is seen beside the road.
+        Filled with the samples beside the road.
     context
         Samples kept before and after a stretch that matters.
     """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import warnings
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from echobeam.traces.breaks import unbroken, whole
 from echobeam.traces.collect import CONTEXT, OffRoad, Window, collect
 from echobeam.traces.motion import sight
 from echobeam.traces.progress import meter
-from echobeam.traces.repair import Repaired, repair, spacing
+from echobeam.traces.repair import repair, spacing
 from echobeam.traces.road import Road
 from echobeam.traces.sample import SHORTEST_STEP, TraceWarning, fault
 from echobeam.traces.service import TraceMotion, serve
@@ -39,8 +40,8 @@ def load_motion(
 
     The file is read twice, sample by sample: once as a whole, for its faults, its time span, its
     road and its extent, and once for what matters to these slots and this stretch of road. (Once
-    more where some of the traffic is off the road that was fitted.) What is left out, or read
-    otherwise than it is written, is told by a `TraceWarning`.
+    more where some of the traffic is off the road that was fitted.) Data that are left out or
+    reinterpreted are reported by a `TraceWarning`.
 
     Parameters
     ----------
@@ -89,11 +90,15 @@ def load_motion(
     visits = unbroken(again, {}) if survey.broken else whole(again)
     samples = collect(visits, survey.road, window, off, _context(survey))
     repaired = repair(samples, survey)
-    for note in (*survey.notes, *_notes(survey, off, repaired)):
+    for note in (*survey.notes, *_notes(survey, off), *repaired.notes):
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
     sightings = sight(repaired.samples, clock)
     sightings = replace(sightings, position=sightings.position - zero)
-    return serve(sightings, samples.names, ground, max_objects, range_m, survey.dropped)
+    motion = serve(sightings, samples.names, ground, max_objects, range_m, survey.dropped)
+    if max_objects and not motion.present.any():
+        note = f"no vehicle comes within {range_m:g} m of the UAV in these slots: nobody is served"
+        warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
+    return motion
 
 
 def _middle(file: Path, survey: Survey) -> float:
@@ -112,27 +117,16 @@ def _context(survey: Survey) -> int:
     return (CONTEXT + 1) * max(1, math.ceil(spacing(survey) / survey.period))
 
 
-def _notes(survey: Survey, off: OffRoad, repaired: Repaired) -> list[str]:
-    notes = []
+def _notes(survey: Survey, off: OffRoad) -> Iterator[str]:
+    """Yield a sentence about the vehicles beside the road, if there are any."""
     if off.first is not None:
         count = len(off.farthest)
-        notes.append(
+        yield (
             f"{count} of {survey.vehicles} vehicles {'is' if count == 1 else 'are'} off the road "
             f"(more than {survey.road.half_width:g} m from its axis, up to "
             f"{max(off.farthest.values()):.4g} m) in some samples or all, first "
             f"{off.first.name!r} in line {off.first.line}: not served there"
         )
-    if repaired.unknown:
-        notes.append(
-            f"{repaired.unknown} speed(s) in the slots run contradict the positions before and "
-            "after them (zeros, or marks): read as unknown"
-        )
-    if repaired.jumps:
-        notes.append(
-            f"{repaired.jumps} short jump(s) in the slots run that contradict the speeds: the "
-            "vehicle is gone meanwhile"
-        )
-    return notes
 
 
 def _checked(

@@ -106,7 +106,7 @@ def road_speeds(samples: RoadSamples, linked: BoolArray) -> Array:
     raw = np.where(
         np.isnan(samples.speed),
         direction * _parabola_slopes(h, chord, linked),
-        np.abs(samples.speed) * _road_share(samples, has_left, has_right),
+        np.abs(samples.speed) * road_share(samples, linked),
     )
     speeds: Array = direction * np.clip(raw, 0.0, steepest)
     return speeds
@@ -150,14 +150,14 @@ def _parabola_slopes(h: Array, chord: Array, linked: BoolArray) -> Array:
     return slope
 
 
-def _road_share(samples: RoadSamples, has_left: BoolArray, has_right: BoolArray) -> Array:
+def road_share(samples: RoadSamples, linked: BoolArray) -> Array:
     """Return the cosine between the vehicle's way around a sample and the road, 0 to 1.
 
     It is the largest of those at the sample and its neighbours: simulators change lanes by a
     jump to the side in a single step, at which the vehicle drives on along the road.
     """
     index = np.arange(samples.time.size)
-    before, after = index - has_left, index + has_right
+    before, after = index - np.append(False, linked), index + np.append(linked, False)
     along = np.abs(samples.along[after] - samples.along[before])
     way = np.hypot(along, samples.across[after] - samples.across[before])
     share = _ratio(along, way, way > 0)

@@ -1,7 +1,7 @@
 """Progress of the reading of long traces.
 
-A trace is read deep inside a run, once for all its trials, and its motion is cached; so who wants
-to see the progress says so around the run instead of handing a function down to it.
+A trace is read deep inside a run, once for all its trials, and its motion is cached. So progress is
+asked for around the run, by a context, instead of by a function that is handed down to the reader.
 """
 
 from __future__ import annotations

@@ -1,13 +1,14 @@
-"""Samples on a road made fit for motion: even times, speeds that hold, and no finer than they are.
+"""Repair of samples on a road: even times, consistent speeds, no more samples than digits allow.
 
 What the survey found of the whole trace is applied to the samples that were collected. Two things
-can only be seen sample by sample: a speed that contradicts the way on both sides of it, which is
+show only sample by sample: a speed that contradicts the way on both sides of it, which is
 then unknown, and a jump that is too short for `breaks` to tell it from motion by the positions
 alone, at which the vehicle is gone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from echobeam.traces.breaks import HARDEST, SLACK
 from echobeam.traces.clock import evened
 from echobeam.traces.collect import RoadSamples
-from echobeam.traces.motion import links
+from echobeam.traces.motion import links, road_share
 from echobeam.traces.survey import Survey
 from echobeam.values import Array, BoolArray, IntArray
 
@@ -46,15 +47,12 @@ class Repaired:
     ----------
     samples
         The samples.
-    unknown
-        Number of speeds that contradicted the positions on both sides.
-    jumps
-        Number of short jumps.
+    notes
+        Sentences about the speeds that are of no use, and the short jumps.
     """
 
     samples: RoadSamples
-    unknown: int
-    jumps: int
+    notes: tuple[str, ...]
 
 
 def spacing(survey: Survey) -> float:
@@ -79,6 +77,8 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
     survey
         What holds for the trace as a whole.
     """
+    if samples.time.size == 0:
+        return Repaired(samples, ())
     if survey.step is not None:
         time = evened(samples.time, links(samples), survey.step)
         samples = replace(samples, time=time)
@@ -94,8 +94,25 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
     useless = _vehicles_in(survey.inexact, samples) | (not survey.speeds_at_samples)
     speed = np.where(useless, np.nan, speed)
     samples = replace(samples, speed=speed, visit=visit)
-    unknown = int((dropouts | outliers).sum()) if survey.speeds_at_samples else 0
-    return Repaired(_thinned(samples, spacing(survey)), unknown, int(jumps.sum()))
+    unknown = (dropouts | outliers) & survey.speeds_at_samples
+    notes = (
+        *_note(samples, unknown, "speed(s) contradict the positions on both sides", "unknown then"),
+        *_note(
+            samples, np.append(False, jumps), "short jump(s) contradict the speeds", "gone then"
+        ),
+    )
+    return Repaired(_thinned(samples, spacing(survey)), notes)
+
+
+def _note(samples: RoadSamples, found: BoolArray, fault: str, consequence: str) -> Iterator[str]:
+    """Yield a sentence about samples, if there are any."""
+    if found.any():
+        first = int(np.argmax(found))
+        name, time = samples.names[samples.vehicle[first]], samples.time[first]
+        yield (
+            f"{np.count_nonzero(found)} {fault} in the slots that are run, first of vehicle "
+            f"{name!r} at t = {time:.6g} s: {consequence}"
+        )
 
 
 def _vehicles_in(names: frozenset[str], samples: RoadSamples) -> BoolArray:
@@ -185,12 +202,14 @@ def _thinned(samples: RoadSamples, width: float) -> RoadSamples:
     knot &= samples.time - samples.time[first][run] >= width
     knot &= samples.time[last][run] - samples.time >= width
     knot[first] = knot[last] = True
+    # Along the road from here on: a change of lane in one step would be one in a longer step now.
+    speed = samples.speed * road_share(samples, linked)
     return RoadSamples(
         samples.names,
         samples.vehicle[knot],
         samples.visit[knot],
         samples.time[knot],
         samples.along[knot],
-        samples.across[knot],
-        samples.speed[knot],
+        np.zeros(np.count_nonzero(knot)),
+        speed[knot],
     )

@@ -30,7 +30,7 @@ class TraceError(InputError):
 
 
 class TraceWarning(InputWarning):
-    """What was left out of a trace, or read otherwise than it is written."""
+    """Part of a trace that is left out or reinterpreted; the message says which, and where."""
 
 
 class Sample(NamedTuple):

@@ -1,4 +1,4 @@
-"""The speeds that a trace gives, compared with what its positions do.
+"""Given speeds compared with the motion of the positions.
 
 Three questions are answered for a trace:
 
@@ -18,6 +18,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum, auto
 
+from echobeam.traces.breaks import SLACK
 from echobeam.traces.sample import Sample
 
 _ENOUGH = 0.2
@@ -37,6 +38,8 @@ on, most vehicles must be free of it; from the third on, no vehicle may have it.
 _FEW_METRES = 5.0
 _ONE_METRE = 1.0
 _LITTLE = 0.2
+_NO_LANE = 1.0
+"""m: a smaller step aside is no change of lane."""
 _SCATTER = 0.05
 """m/s^2: mean speeds of a step differ from the mean of the speeds at its ends by about this times
 its duration, where vehicles start and stop within it."""
@@ -47,7 +50,7 @@ _NOTHING = (0.0, 0.0, 0.0, 0.0)
 
 
 class Verdict(Enum):
-    """What the speeds of one vehicle are worth."""
+    """Agreement of the speeds of one vehicle with its positions."""
 
     TRUE = auto()
     """They agree with its positions, or there are none."""
@@ -110,6 +113,8 @@ class SpeedTally:
         m: way driven in all of them, and the sum over visits from begin to end.
     fastest
         m/s: its fastest step.
+    aside
+        m by which the path is longer since simulators change lanes in a single step.
     counted, moved, by_end, by_begin
         Number of the steps with a speed other than zero at both ends; way driven in them, m, and
         the same way by the speeds at their ends and at their beginnings.
@@ -123,6 +128,7 @@ class SpeedTally:
     path: float = 0.0
     net: float = 0.0
     fastest: float = 0.0
+    aside: float = 0.0
     counted: int = 0
     moved: float = 0.0
     by_end: float = 0.0
@@ -130,6 +136,7 @@ class SpeedTally:
     _begin: Sample | None = None
     _last: Sample | None = None
     _sums: tuple[float, float, float, float] = _NOTHING
+    _direction: tuple[float, float] = (0.0, 0.0)
 
     def begin(self, sample: Sample) -> None:
         """Begin a visit with its first sample."""
@@ -142,7 +149,9 @@ class SpeedTally:
         last = self._last
         assert last is not None
         self._note(sample)
-        way = math.hypot(sample.x - last.x, sample.y - last.y)
+        dx, dy = sample.x - last.x, sample.y - last.y
+        way = math.hypot(dx, dy)
+        self.aside += self._aside(dx, dy, way)
         self.steps += 1
         self.time += duration
         self.path += way
@@ -154,6 +163,15 @@ class SpeedTally:
             self.by_end += by_end
             self.by_begin += by_begin
         self._weigh(way, by_end, by_begin, duration)
+
+    def _aside(self, dx: float, dy: float, way: float) -> float:
+        """Return by how much a step is longer since the vehicle changed its lane in it, m."""
+        ux, uy = self._direction
+        if _NO_LANE < abs(dx * uy - dy * ux) <= SLACK:
+            return way - abs(dx * ux + dy * uy)
+        if way > _LITTLE:
+            self._direction = dx / way, dy / way
+        return 0.0
 
     def end(self) -> None:
         """End a visit."""
@@ -177,7 +195,7 @@ class SpeedTally:
         return self._way() / self.moved if self.moved > 0 else math.inf
 
     def verdict(self) -> Verdict:
-        """Return what the speeds are worth, when all vehicles have been seen."""
+        """Return the verdict, when all vehicles have been seen."""
         if not self.known:
             return Verdict.TRUE
         if self.constant and self.high <= 0:
@@ -192,7 +210,7 @@ class SpeedTally:
             return Verdict.TRUE
         way = self._way()
         # Positions that scatter lengthen the path, but not the way from begin to end.
-        excess = max(way - self.moved, min(self.net, self.moved) - way)
+        excess = max(way - self.moved, min(self.net, self.moved) - self.aside - way)
         step = min(self.time / self.steps, _LONGEST_SUM)
         scatter = _SCATTER * step**2 * math.sqrt(self.counted)
         scatter += 2 * self.timing.rounding * self.path / self.time

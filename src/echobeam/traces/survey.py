@@ -1,4 +1,4 @@
-"""The first pass over a trace: what holds for it as a whole, and whether it contradicts itself.
+"""Survey of a trace, the first pass over it: properties of the whole, and its consistency.
 
 It reads the whole file, so that a damaged one is refused even where the damage lies outside the
 slots.
@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from echobeam.traces.breaks import Breaks, unbroken
+from echobeam.traces.breaks import Breaks, Visit, unbroken
 from echobeam.traces.check import check_trace
 from echobeam.traces.clock import EvenStep
 from echobeam.traces.outline import Outline
@@ -54,7 +54,7 @@ class Survey:
         Vehicles whose speeds are marks, and those whose speeds differ from what the positions say:
         neither's are used for motion.
     notes
-        What was left out or read otherwise than it is written, for people.
+        Sentences about data that are left out or reinterpreted.
     """
 
     first: float
@@ -95,7 +95,7 @@ def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None
     totals = Totals()
     found: dict[str, Breaks] = {}
     for sample, visit in unbroken(samples, found):
-        totals.take(sample, visit, found, road)
+        totals.take(sample, visit, road)
     vehicles = totals.vehicles
     for vehicle in vehicles.values():
         vehicle.speeds.end()
@@ -129,10 +129,16 @@ def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None
 def extent_on(road: Road, samples: Iterable[Sample]) -> tuple[float, float]:
     """Return the smallest and largest distance along a road, m, of the samples that are on it."""
     low, high = math.inf, -math.inf
-    for sample, _ in unbroken(samples, {}):
-        if road.holds(sample.x, sample.y):
-            along = road.along(sample.x, sample.y)
-            low, high = min(low, along), max(high, along)
+    last: dict[str, Visit] = {}
+    for visit in unbroken(samples, {}):
+        before = last.get(visit.sample.name)
+        last[visit.sample.name] = visit
+        if before is None or before.number != visit.number:
+            continue  # a single sample of a visit may be anywhere
+        for each in (before.sample, visit.sample):
+            if road.holds(each.x, each.y):
+                along = road.along(each.x, each.y)
+                low, high = min(low, along), max(high, along)
     return low, high
 
 
