@@ -251,10 +251,10 @@ def test_what_is_lost_in_mid_run_is_one_message_and_resumed(
             {"scheduler": scheduler, "worker": worker}[lost].send_signal(signal_)
 
     with pytest.raises(RunError, match=rf"{words}.*; \d+ of \d+ blocks are kept .*--resume"):
-        record(recording(out, trials=3000, workers=Workers(dask=address)), progress)
+        record(recording(out, trials=1500, workers=Workers(dask=address)), progress)
     assert list(tmp_path.glob("r.nc.blocks/*.npz"))
-    record(recording(out, trials=3000, resume=True))
-    record(recording(tmp_path / "whole.nc", trials=3000))
+    record(recording(out, trials=1500, resume=True))
+    record(recording(tmp_path / "whole.nc", trials=1500))
     same(tmp_path / "whole.nc", out)
 
 
