@@ -8,12 +8,13 @@ import sys
 import threading
 import time
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pytest
 
 import echobeam as eb
 from echobeam.faults import RunError
+from echobeam.schemes.base import SchemeRunError
 from echobeam.simulation.blocks import Block
 from echobeam.store.cluster import ClusterError, compute, do_on_cluster
 from echobeam.store.engine import engine_here
@@ -250,10 +251,10 @@ def test_what_is_lost_in_mid_run_is_one_message_and_resumed(
             {"scheduler": scheduler, "worker": worker}[lost].send_signal(signal_)
 
     with pytest.raises(RunError, match=rf"{words}.*; \d+ of \d+ blocks are kept .*--resume"):
-        record(recording(out, trials=3000, workers=Workers(dask=address)), progress)
+        record(recording(out, trials=1500, workers=Workers(dask=address)), progress)
     assert list(tmp_path.glob("r.nc.blocks/*.npz"))
-    record(recording(out, trials=3000, resume=True))
-    record(recording(tmp_path / "whole.nc", trials=3000))
+    record(recording(out, trials=1500, resume=True))
+    record(recording(tmp_path / "whole.nc", trials=1500))
     same(tmp_path / "whole.nc", out)
 
 
@@ -279,6 +280,38 @@ def test_a_cluster_with_other_libraries_is_one_message(tmp_path):
         with pytest.raises(ClusterError, match="would give other numbers"):
             record(recording(tmp_path / "r.nc", trials=2, workers=there))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_a_scheme_that_fails_on_a_worker_is_named_with_its_line(cluster, tmp_path):
+    code = tmp_path / "mine.py"
+    code.write_text("def mine(prior, view):\n    return 1 / 0\n")
+    asked = recording(tmp_path / "r.nc", workers=Workers(dask=cluster.scheduler_address))
+    with pytest.raises(SchemeRunError, match=r"mine\.py, line 2, in mine: Zero.*slot 2") as caught:
+        record(replace(asked, schemes=(f"{code}:mine",)))
+    assert "return 1 / 0" in caught.value.details
+    assert not list(tmp_path.glob("*.blocks"))
+
+
+@pytest.mark.slow
+def test_a_worker_of_other_libraries_that_comes_late_costs_no_block(cluster, tmp_path, monkeypatch):
+    """It is refused before it computes; what is done is kept."""
+    out = tmp_path / "r.nc"
+
+    def late(self):
+        monkeypatch.setattr("echobeam.store.cluster.compute", refuse_some)
+
+    monkeypatch.setattr("echobeam.store.cluster._Cluster.check_workers", late)
+    with pytest.raises(ClusterError, match=r"numpy 1\.26.*; \d+ of \d+ blocks are kept .*--resume"):
+        record(recording(out, trials=3000, workers=Workers(dask=cluster.scheduler_address)))
+    monkeypatch.undo()
+    record(recording(out, trials=3000, resume=True))
+
+
+def refuse_some(piece, task, wanted):
+    """Be a worker that refuses the later tasks."""
+    other = wanted._replace(environment="numpy 1.26.0") if task > 8 else wanted
+    return compute(piece, task, other)
 
 
 @dataclass

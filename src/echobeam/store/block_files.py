@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from echobeam.faults import InputError, RunError
+from echobeam.schemes.base import SchemeError
 from echobeam.simulation.blocks import Block
 from echobeam.store.engine import Engine, differences, engine_here
 from echobeam.store.writing import StoreError, replacing
@@ -169,9 +170,10 @@ class BlockFiles:
             reasons = [f"{', '.join(keys)} differ"] if keys else []
             if ENGINE in different:
                 reasons.append(f"begun with {self._begun_with(job.engine)}")
+            ours = "" if keys else "go on with what it was begun with, "
             raise StoreError(
                 f"{self.directory}: its blocks belong to another run ({'; '.join(reasons)}); "
-                "give another --out, or --force to begin anew"
+                f"{ours}give another --out, or --force to begin anew"
             )
 
     def _different(self, job: Job) -> list[str]:
@@ -230,9 +232,14 @@ class BlockFiles:
         """Say of whatever ends the work on ``count`` blocks too early what is kept."""
         try:
             yield
-        except InputError:
-            self._remove_if_empty()  # a scheme broke the rules: nothing to go on with
+        except SchemeError:
+            self._remove_if_empty()  # once it is mended, its blocks are those of another scheme
             raise
+        except InputError as error:
+            self._remove_if_empty()
+            if not self.directory.exists():
+                raise
+            raise type(error)(f"{error}; {self.kept(count)}", error.details) from error
         except OSError as error:
             raise RunError(f"{error.strerror or error}; {self.kept(count)}") from error
         except RunError as error:

@@ -45,6 +45,8 @@ _GOODBYE = 3.0
 _TICK = 0.5
 """Seconds after which a wait for outcomes looks at the scheduler."""
 
+_USUAL = "its usual port is 8786, and 8787 is that of the dashboard"
+
 
 class ClusterError(InputError):
     """Fault of a cluster that cannot be used; the message says why."""
@@ -150,13 +152,11 @@ class _Cluster:
         RunError
             If the scheduler or all workers are lost, or a task's workers die again and again.
         """
-        waiting, ours = iter(missing), engine_here()
+        waiting = iter(missing)
         while True:
             room = PER_THREAD * max(self.threads, 1) - len(self.out)
             for task in itertools.islice(waiting, max(room, 0)):
-                future = self.client.submit(compute, work.piece(task), task, ours, pure=False)
-                self.out.add(future)
-                future.add_done_callback(self.finished.put)
+                self._hand_out(work.piece(task), task)
             if not self.out:
                 return
             try:
@@ -168,6 +168,17 @@ class _Cluster:
             self.out.discard(future)
             future.release()
             self._look_after_workers()
+
+    def _hand_out(self, piece: Piece, task: int) -> None:
+        """Hand out a task; its future is put among the finished ones in its time."""
+        try:
+            future = self.client.submit(compute, piece, task, engine_here(), pure=False)
+        except Exception:
+            if self.client.status != "running":
+                raise self._lost() from None
+            raise
+        self.out.add(future)
+        future.add_done_callback(self.finished.put)
 
     def _look_after_workers(self) -> None:
         """Ask now and then how many there are: those of a batch system come one by one.
@@ -189,10 +200,10 @@ class _Cluster:
     def _ask_threads(self) -> int:
         """Return the number of threads that workers have together."""
         try:
-            answer = _within(PATIENCE - ASK_AGAIN, self.client.nthreads)
-            return sum(answer.values())
-        except (TimeoutError, OSError, CancelledError):
+            threads: dict[str, int] = _within(PATIENCE - ASK_AGAIN, self.client.nthreads)
+        except Exception:  # of whichever kind: it does not answer
             raise self._lost() from None
+        return sum(threads.values())
 
     def _result(self, future: Any) -> tuple[int, Block]:
         """Return what a task came to; fetching it may need workers that are there no more."""
@@ -288,9 +299,6 @@ def _silenced(package: str) -> Iterator[None]:
     finally:
         for name, level in levels.items():
             logging.getLogger(name).setLevel(level)
-
-
-_USUAL = "its usual port is 8786, and 8787 is that of the dashboard"
 
 
 async def _identity(address: str) -> str:
