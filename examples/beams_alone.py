@@ -25,7 +25,9 @@ problem = eb.BeamProblem(
     array=array,
 )
 answer = eb.design_beams(problem, certify=True)
-print(f"{answer.status}: {answer.objective:.4f} bit/s/Hz, no design exceeds {answer.upper_bound:.4f}")
+print(
+    f"{answer.status}: {answer.objective:.4f} bit/s/Hz, no design exceeds {answer.upper_bound:.4f}"
+)
 print(f"largest relative violation of a constraint: {answer.max_violation.largest:.1e}")
 
 angle = np.radians(np.linspace(30, 150, 2401))
