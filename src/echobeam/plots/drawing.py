@@ -293,6 +293,8 @@ def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
         _scale_log(axes, which)
     if axis.limits != (None, None):
         set_limits(*axis.limits)
+    if axis.log:
+        _tick_log(axes, which)
     if axis.ticks:
         own.set_ticks(axis.ticks, list(axis.names) or [f"{tick:g}" for tick in axis.ticks])
         own.set_minor_formatter(NullFormatter())
@@ -315,14 +317,20 @@ def _inches_wide(axes: Axes) -> float:
 
 
 def _scale_log(axes: Axes, which: str) -> None:
-    """Give an axis a logarithmic scale with plain numbers, several of them on a short one."""
-    own = axes.xaxis if which == "x" else axes.yaxis
+    """Give an axis a logarithmic scale, if there is anything positive to see."""
     least = axes.dataLim.minposx if which == "x" else axes.dataLim.minposy
-    if not math.isfinite(least):  # nothing positive to see
+    if not math.isfinite(least):
         return
     (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     (axes.set_xmargin if which == "x" else axes.set_ymargin)(0.08)
     axes.autoscale_view()
+
+
+def _tick_log(axes: Axes, which: str) -> None:
+    """Give a logarithmic axis plain numbers, several of them on a short one."""
+    own = axes.xaxis if which == "x" else axes.yaxis
+    if own.get_scale() != "log":
+        return
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
     finer = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0) if high < 12.0 * low else (1.0, 2.0, 5.0)
     subs = finer if high < 200.0 * low else (1.0,)
