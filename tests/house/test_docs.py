@@ -534,6 +534,13 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     config = load_config(str(ROOT / "mkdocs.yml"), strict=True, site_dir=str(tmp_path))
     build(config)
     assert (tmp_path / "api" / "index.html").is_file()
+    for written in tmp_path.rglob("*.html"):  # a reader without a network sees the same pages
+        text = written.read_text(encoding="utf-8")
+        assert not re.findall(r"<(?:script|link|img)[^>]+(?:src|href)=\"?https?:", text), written
+    style = tmp_path / "vendor" / "katex" / "katex.min.css"
+    fonts = re.findall(r"url\((fonts/[\w-]+\.woff2)\)", style.read_text(encoding="utf-8"))
+    assert fonts
+    assert all((style.parent / font).is_file() for font in fonts)
 
 
 def test_the_page_of_claims_judges_every_claim() -> None:
