@@ -26,8 +26,8 @@ compiled: $(VENV)/.dev
 	$(BIN)/echobeam compile --quiet
 
 lint: $(VENV)/.dev
-	$(BIN)/ruff format --check src tests benchmarks
-	$(BIN)/ruff check src tests benchmarks
+	$(BIN)/ruff format --check src tests benchmarks examples
+	$(BIN)/ruff check src tests benchmarks examples
 
 types: $(VENV)/.dev
 	$(BIN)/mypy

@@ -57,9 +57,9 @@ class Block:
 
 
 def blocks(text: str, *languages: str) -> list[Block]:
-    """Return a page's fenced blocks of some languages."""
+    """Return a page's fenced blocks of some languages, without those that include a file."""
     found = [Block(m[1], m[2] or "", m[3]) for m in _FENCE.finditer(text)]
-    return [block for block in found if block.language in languages]
+    return [b for b in found if b.language in languages and not b.text.startswith("--8<--")]
 
 
 def prose(text: str) -> str:
@@ -491,7 +491,7 @@ def test_an_output_is_what_its_command_prints(
 def test_snippets_have_the_types_that_they_are_given(tmp_path: Path) -> None:
     """Every Python block, a page's together, by `mypy --strict`: what is shown is typed."""
     pytest.importorskip("mypy")
-    files = []
+    files = sorted((ROOT / "examples").glob("*.py"))
     for path in TEXTS:
         found = blocks(path.read_text(encoding="utf-8"), "python")
         files.append(tmp_path / f"page_{path.stem.lower().replace('-', '_')}.py")
@@ -534,6 +534,13 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     config = load_config(str(ROOT / "mkdocs.yml"), strict=True, site_dir=str(tmp_path))
     build(config)
     assert (tmp_path / "api" / "index.html").is_file()
+    for written in tmp_path.rglob("*.html"):  # a reader without a network sees the same pages
+        text = written.read_text(encoding="utf-8")
+        assert not re.findall(r"<(?:script|link|img)[^>]+(?:src|href)=\"?https?:", text), written
+    style = tmp_path / "vendor" / "katex" / "katex.min.css"
+    fonts = re.findall(r"url\((fonts/[\w-]+\.woff2)\)", style.read_text(encoding="utf-8"))
+    assert fonts
+    assert all((style.parent / font).is_file() for font in fonts)
 
 
 def test_the_page_of_claims_judges_every_claim() -> None:

@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgb
 
 from echobeam.plots import looks as style
 from echobeam.plots.drawing import draw, wrap_name
+from echobeam.plots.record import Axis, FigureData, Panel, Series
 
 from .plot_dataset import build_result
 from .plot_figures import figure_of
@@ -112,3 +113,13 @@ def test_drawing_needs_no_pyplot():
 def test_importing_echobeam_does_not_import_matplotlib():
     code = "import sys, echobeam; assert 'matplotlib' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_ticks_of_a_logarithmic_axis_suit_its_limits_not_its_data():
+    """Data of less than an octave in two decades: 1, 2, 5 are enough, and 1.5, 3, 4, 7 crowd."""
+    y = Axis("Error", log=True, limits=(0.1, 10.0))
+    panel = Panel(Axis("Slot"), y, (Series("one", (1.0, 2.0), (4.0, 5.0)),))
+    (axes,) = draw(FigureData("ticks", "Ticks", (panel,))).axes
+    low, high = axes.get_ylim()
+    shown = [tick for tick in axes.get_yticks() if low <= tick <= high]
+    np.testing.assert_allclose(shown, [0.1, 0.2, 0.5, 1, 2, 5, 10])

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, SupportsIndex
+from typing import TYPE_CHECKING, NamedTuple, SupportsIndex, TypeVar
 
 import numpy as np
 
@@ -24,18 +24,16 @@ from echobeam.traces.progress import reading_shown
 if TYPE_CHECKING:
     import xarray as xr
 
-Vary = (
-    Mapping[str, object]
-    | Mapping[tuple[str, ...], object]
-    | Mapping[str | tuple[str, ...], object]
-    | Sequence[str]
-)
+Key = TypeVar("Key", bound=Sequence[str])
+"""Dotted key of a scenario, or a tuple of keys that vary together."""
+
+Vary = Mapping[Key, object] | Sequence[str]
 """Axes of a grid: ``{"array.n_tx": [16, 32]}``, or texts ``"array.n_tx=16,32"``."""
 
 
 def sweep(
     scenario: Source,
-    vary: Vary,
+    vary: Vary[Key],
     *,
     schemes: str | Sequence[str] | None = None,
     trials: SupportsIndex | None = None,
@@ -141,7 +139,7 @@ def record_grid(
     return SweepDone(grid, name, whole.out, done)
 
 
-def axes_of(vary: Vary) -> list[Callable[[], Varied]]:
+def axes_of(vary: Vary[Key]) -> list[Callable[[], Varied]]:
     """Return the axes of a grid, each to be read with all other input.
 
     Raises
@@ -156,7 +154,7 @@ def axes_of(vary: Vary) -> list[Callable[[], Varied]]:
     return [_axis(key, values) for key, values in vary.items()]
 
 
-def _axis(key: str | tuple[str, ...], values: object) -> Callable[[], Varied]:
+def _axis(key: Sequence[str], values: object) -> Callable[[], Varied]:
     keys = (key,) if isinstance(key, str) else tuple(key)
     name = ",".join(keys)
     listed = values.tolist() if isinstance(values, np.ndarray) else values
