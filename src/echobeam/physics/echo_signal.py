@@ -1,0 +1,73 @@
+"""Echoes as signals at the receive array, Eq. (11) on the grid of a waveform.
+
+    Y = sum_k alpha_k b(theta_k) (a(theta_k)^H F S) o phi(tau_k, mu_k) + Z,
+
+over all scatterers k: the objects, patches of ground, and what the receiver hears of its own
+transmitter.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from echobeam.physics.array import LinearArray
+from echobeam.physics.waveform import Waveform
+from echobeam.values import Array, ComplexArray
+
+
+class Scatterers(NamedTuple):
+    """Point targets as the radar sees them, ``(..., K)`` each; an amplitude of zero is none.
+
+    ``angle`` rad, ``delay`` s, ``doppler`` Hz; ``amplitude`` is complex, of one antenna's echo per
+    root of the power that illuminates the target.
+    """
+
+    angle: Array
+    delay: Array
+    doppler: Array
+    amplitude: ComplexArray
+
+
+def echo_signal(
+    scatterers: Scatterers,
+    streams: ComplexArray,
+    precoder: ComplexArray,
+    waveform: Waveform,
+    arrays: tuple[LinearArray, LinearArray],
+) -> ComplexArray:
+    """Return the noiseless signal at the receive array, ``(..., N_r, N, M)``.
+
+    Parameters
+    ----------
+    scatterers
+        ``(..., K)``.
+    streams
+        ``(..., L, N, M)``: S.
+    precoder
+        ``(..., N_t, L)``: F.
+    waveform
+        The grid.
+    arrays
+        Transmitter and receiver.
+    """
+    transmitter, receiver = arrays
+    there = scatterers.amplitude != 0.0
+    angle = np.where(there, scatterers.angle, 0.0)
+    a, b = transmitter.steering(angle), receiver.steering(angle)
+    mixture = np.conj(a) @ precoder  # (..., K, L): a^H F
+    shape = streams.shape
+    lit = (mixture @ streams.reshape(*shape[:-2], -1)).reshape(*mixture.shape[:-1], *shape[-2:])
+    delay, doppler = (np.where(there, one, 0.0) for one in (scatterers.delay, scatterers.doppler))
+    lit = lit * waveform.phases(delay, doppler)
+    lit = lit * scatterers.amplitude[..., None, None]
+    received = np.swapaxes(b, -1, -2) @ lit.reshape(*lit.shape[:-2], -1)
+    signal: ComplexArray = received.reshape(*received.shape[:-1], *shape[-2:])
+    return signal
+
+
+def noise_of(normals: Array, variance: float) -> ComplexArray:
+    """Return circular noise of a variance from standard normals ``(..., 2)``."""
+    noise: ComplexArray = (normals[..., 0] + 1j * normals[..., 1]) * np.sqrt(0.5 * variance)
+    return noise

@@ -1,0 +1,232 @@
+"""Chain of the receiver: echoes found one after the other, strongest first, and refined together.
+
+The map over delay, Doppler and angle holds in every cell the likelihood ratio of a point target
+against noise. Its maximum is compared with the cells around (`cfar`), refined (`refine`) and
+subtracted; the next maximum is the next echo. Then each echo is refined once more with the others
+subtracted, so that close ones do not bend each other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from echobeam.physics.array import LinearArray
+from echobeam.physics.waveform import Waveform
+from echobeam.sensing.capon import capon_direction, covariance
+from echobeam.sensing.cfar import Cfar, noise_level, threshold_factor, training_cells
+from echobeam.sensing.compression import Filter, cell_places, delay_doppler_map, weights
+from echobeam.sensing.directions import angle_of, search_grid, steering
+from echobeam.sensing.refine import Point, Receiver, at, rebuilt, refine, replica
+from echobeam.values import Array, BoolArray, ComplexArray
+
+PADDING = (2, 2)
+"""Cells of the map per resolution cell of delay and Doppler: Newton's steps do the rest."""
+
+TRAINING, GUARD = 12, 2
+"""Training and guard cells on either side along the delay."""
+
+_CELLS = 1 << 22
+"""Cells of the map in memory at once."""
+
+_SNAPSHOTS = 2
+"""Snapshots of Capon's covariance for each antenna."""
+
+
+@dataclass(frozen=True, slots=True)
+class Processing:
+    """Choices of the receiver.
+
+    Attributes
+    ----------
+    filter
+        Weights of the resource elements in the map.
+    cfar, false_alarm
+        Level of the noise, and the probability that a cell of noise exceeds the threshold.
+    angle
+        Estimator of the angle: the likelihood, or Capon's spectrum on the receive array.
+    """
+
+    filter: Filter = "matched"
+    cfar: Cfar = "cell-averaging"
+    false_alarm: float = 1e-6
+    angle: Literal["glrt", "capon"] = "glrt"
+
+
+class Echo(NamedTuple):
+    """Echoes found, ``(T, D)`` each, strongest first as they were found.
+
+    Attributes
+    ----------
+    angle, delay, doppler
+        rad, s, Hz; of a vertical array the angle below 90 degrees.
+    snr
+        Likelihood ratio less one: SNR after all integration, over all antennas.
+    valid
+        Whether the echo passed the threshold.
+    """
+
+    angle: Array
+    delay: Array
+    doppler: Array
+    snr: Array
+    valid: BoolArray
+
+
+def receiver_of(
+    arrays: tuple[LinearArray, LinearArray],
+    waveform: Waveform,
+    streams: ComplexArray,
+    precoder: ComplexArray,
+    noise: float,
+) -> Receiver:
+    """Return what a receiver knows of a slot.
+
+    Parameters
+    ----------
+    arrays
+        Transmitter and receiver.
+    waveform
+        The grid.
+    streams
+        ``(T, L, N, M)``.
+    precoder
+        ``(T, N_t, L)``.
+    noise
+        Variance in one resource element of one antenna.
+    """
+    flat = streams.reshape(*streams.shape[:-2], -1)
+    gram = flat @ np.conj(np.swapaxes(flat, -1, -2))
+    return Receiver(*arrays, waveform, flat, precoder, gram, noise)
+
+
+def find_echoes(
+    signal: ComplexArray, known: Receiver, count: int, processing: Processing
+) -> Echo:
+    """Return the strongest echoes of a slot.
+
+    Parameters
+    ----------
+    signal
+        ``(T, N_r, N, M)``.
+    known
+        The receiver.
+    count
+        D, echoes that are looked for.
+    processing
+        Choices.
+    """
+    flat = signal.reshape(*signal.shape[:-2], -1)
+    points: list[Point] = []
+    valid: list[BoolArray] = []
+    rest = flat
+    for _ in range(count):
+        start, passed = _strongest(rest, known, processing)
+        point = refine(rest, start, known)
+        points.append(point)
+        valid.append(passed)
+        rest = rest - _where(passed, rebuilt(point, known))
+    if count > 1:
+        points = _together(flat, points, valid, known)
+    if processing.angle == "capon":
+        points = [_by_capon(flat, point, known) for point in points]
+    stacked = [np.stack(one, axis=-1) for one in zip(*points, strict=True)]
+    u, delay, doppler, _, statistic = stacked
+    return Echo(
+        angle_of(known.receiver, u),
+        delay,
+        doppler,
+        np.maximum(statistic - 1.0, 0.0),
+        np.stack(valid, axis=-1),
+    )
+
+
+def _together(
+    signal: ComplexArray, points: list[Point], valid: list[BoolArray], known: Receiver
+) -> list[Point]:
+    """Return the points refined once more, each with the others subtracted."""
+    signals = [_where(passed, rebuilt(one, known)) for one, passed in zip(points, valid, strict=True)]
+    total = sum(signals)
+    refined = []
+    for place, point in enumerate(points):
+        alone = signal - (total - signals[place])
+        better = refine(alone, point, known, rounds=4)
+        total = total - signals[place]
+        signals[place] = _where(valid[place], rebuilt(better, known))
+        total = total + signals[place]
+        refined.append(better)
+    return refined
+
+
+def _where(passed: BoolArray, signal: ComplexArray) -> ComplexArray:
+    return np.where(passed[:, None, None], signal, 0.0)
+
+
+def _strongest(
+    signal: ComplexArray, known: Receiver, processing: Processing
+) -> tuple[Point, BoolArray]:
+    """Return the cell with the largest statistic, and whether it passes the threshold."""
+    grid = search_grid(known.transmitter, known.receiver)
+    wave = known.waveform
+    per_trial = grid.size * wave.elements * PADDING[0] * PADDING[1]
+    block = max(1, _CELLS // per_trial)
+    parts = [
+        _search(signal[i : i + block], _some(known, slice(i, i + block)), grid, processing)
+        for i in range(0, len(signal), block)
+    ]
+    u, delay, doppler, passed = (np.concatenate(one) for one in zip(*parts, strict=True))
+    return at(signal, u, delay, doppler, known), passed.astype(bool)
+
+
+def _some(known: Receiver, trials: slice) -> Receiver:
+    streams, precoder, gram = known.streams[trials], known.precoder[trials], known.gram[trials]
+    return known._replace(streams=streams, precoder=precoder, gram=gram)
+
+
+def _search(
+    signal: ComplexArray, known: Receiver, grid: Array, processing: Processing
+) -> tuple[Array, Array, Array, BoolArray]:
+    """Return direction, delay and Doppler of each trial's largest cell, and if it passes."""
+    wave, trials = known.waveform, len(signal)
+    shape = (trials, grid.size, wave.subcarriers, wave.symbols)
+    beamformed = np.conj(steering(known.receiver, grid)) @ signal
+    mixture = np.conj(steering(known.transmitter, grid)) @ known.precoder
+    lit = (mixture @ known.streams).reshape(shape)
+    level = _noise_over_echo(signal, lit, known)
+    weight = weights(lit, processing.filter, level)
+    noise = known.noise * known.receiver.n
+    cells = delay_doppler_map(beamformed.reshape(shape) * weight, weight, noise, PADDING)
+    flat = cells.reshape(trials, -1)
+    g, n, m = np.unravel_index(np.argmax(flat, axis=-1), cells.shape[1:])
+    row = cells[np.arange(trials), g, :, m]  # along the delay
+    around = training_cells(row, n, TRAINING, GUARD, PADDING[0])
+    factor = threshold_factor(2 * TRAINING, processing.false_alarm, processing.cfar)
+    passed = row[np.arange(trials), n] > factor * noise_level(around, processing.cfar)
+    delays, shifts = cell_places(wave, PADDING)
+    return grid[g], delays[n], shifts[m], passed
+
+
+def _noise_over_echo(signal: ComplexArray, lit: ComplexArray, known: Receiver) -> Array:
+    """Return the noise over the received power per unit of what was sent, for LMMSE."""
+    received = np.mean(np.abs(signal) ** 2, axis=(-2, -1))
+    echo = np.maximum(received - known.noise, 1e-3 * known.noise)
+    sent = np.mean(np.abs(lit) ** 2, axis=(-2, -1))
+    level: Array = known.noise * sent / echo[:, None]
+    return level
+
+
+def _by_capon(signal: ComplexArray, point: Point, known: Receiver) -> Point:
+    """Return the point with the direction of Capon's spectrum."""
+    wave = known.waveform
+    phases = wave.phases(point.delay, point.doppler).reshape(len(signal), -1)
+    turned = signal * np.conj(phases)[:, None, :]
+    parts = min(_SNAPSHOTS * known.receiver.n, wave.elements)
+    compressed = turned * np.conj(replica(point.u, known))[:, None, :]
+    pieces = np.array_split(np.arange(wave.elements), parts)
+    snapshots = np.stack([compressed[..., piece].sum(axis=-1) for piece in pieces], axis=-1)
+    correlated = turned @ np.conj(np.swapaxes(known.streams, -1, -2))
+    inverse = np.linalg.inv(covariance(snapshots))
+    u = capon_direction(correlated, inverse, point.u, known)
+    return at(signal, u, point.delay, point.doppler, known)

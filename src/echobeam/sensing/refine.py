@@ -1,0 +1,180 @@
+"""Refinement of an echo's delay, Doppler and direction on the likelihood of one point target.
+
+With unknown amplitude in white noise the likelihood ratio is |c|^2 / (noise N_r |r|^2),
+
+    c = sum_nm b(u)^H y_nm (a(u)^H F s_nm)^* phi_nm(tau, mu)^*,   r_nm = a(u)^H F s_nm.
+
+Delay and Doppler take Newton's steps, the direction Fisher's scoring, in turns; the three do not
+couple in the mean. Steps are bounded by half of a cell of the search.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from echobeam.physics.array import LinearArray
+from echobeam.physics.waveform import Waveform
+from echobeam.sensing.directions import rates, steering, visible
+from echobeam.values import Array, ComplexArray
+
+ROUNDS = 8
+_BOUND = 0.5
+
+
+class Point(NamedTuple):
+    """Point target: direction u, delay s, Doppler Hz and complex amplitude, ``(T,)`` each.
+
+    ``statistic`` is the likelihood ratio, under noise alone exponential with mean 1 at one point.
+    """
+
+    u: Array
+    delay: Array
+    doppler: Array
+    amplitude: ComplexArray
+    statistic: Array
+
+
+class Receiver(NamedTuple):
+    """What a receiver knows of a slot: arrays, grid, what was sent, and its noise.
+
+    ``streams`` is ``(T, L, N M)``, ``precoder`` ``(T, N_t, L)``, ``gram`` ``(T, L, L)`` the inner
+    products of the streams, ``noise`` the variance in one resource element of one antenna.
+    """
+
+    transmitter: LinearArray
+    receiver: LinearArray
+    waveform: Waveform
+    streams: ComplexArray
+    precoder: ComplexArray
+    gram: ComplexArray
+    noise: float
+
+
+def refine(signal: ComplexArray, start: Point, known: Receiver, rounds: int = ROUNDS) -> Point:
+    """Return the maximum of the likelihood near a start.
+
+    Parameters
+    ----------
+    signal
+        ``(T, N_r, N M)``.
+    start
+        Within half of a cell of the maximum in each parameter.
+    known
+        The receiver.
+    rounds
+        Of steps in delay and Doppler, and in direction.
+    """
+    u, delay, doppler = start.u, start.delay, start.doppler
+    for _ in range(rounds):
+        compressed = compress(signal, u, known)
+        delay, doppler = _delay_doppler_step(compressed, delay, doppler, known.waveform)
+        u = _direction_step(signal, u, delay, doppler, known)
+    return at(signal, u, delay, doppler, known)
+
+
+def at(signal: ComplexArray, u: Array, delay: Array, doppler: Array, known: Receiver) -> Point:
+    """Return the point target of given parameters with its most likely amplitude."""
+    lit = np.sum(np.abs(replica(u, known)) ** 2, axis=-1)
+    c = np.sum(compress(signal, u, known) * _conjugate(delay, doppler, known.waveform), axis=-1)
+    energy = np.where(lit > 0.0, lit, np.inf) * known.receiver.n
+    return Point(u, delay, doppler, c / energy, np.abs(c) ** 2 / (energy * known.noise))
+
+
+def replica(u: Array, known: Receiver) -> ComplexArray:
+    """Return r, what illuminates a target in a direction ``(T,)``: ``(T, N M)``."""
+    mixture = np.conj(steering(known.transmitter, u))[:, None, :] @ known.precoder
+    lit: ComplexArray = (mixture @ known.streams)[:, 0]
+    return lit
+
+
+def compress(signal: ComplexArray, u: Array, known: Receiver) -> ComplexArray:
+    """Return b(u)^H y r^*, ``(T, N M)``."""
+    beamformed = (np.conj(steering(known.receiver, u))[:, None, :] @ signal)[:, 0]
+    product: ComplexArray = beamformed * np.conj(replica(u, known))
+    return product
+
+
+def rebuilt(point: Point, known: Receiver) -> ComplexArray:
+    """Return the signal of a point target, ``(T, N_r, N M)``."""
+    phases = np.conj(_conjugate(point.delay, point.doppler, known.waveform))
+    lit = point.amplitude[:, None] * replica(point.u, known) * phases
+    signal: ComplexArray = steering(known.receiver, point.u)[:, :, None] * lit[:, None, :]
+    return signal
+
+
+def _conjugate(delay: Array, doppler: Array, waveform: Waveform) -> ComplexArray:
+    """Return phi^*, ``(T, N M)``."""
+    phases = waveform.phases(delay, doppler)
+    flat: ComplexArray = np.conj(phases).reshape(*phases.shape[:-2], -1)
+    return flat
+
+
+def _delay_doppler_step(
+    compressed: ComplexArray, delay: Array, doppler: Array, waveform: Waveform
+) -> tuple[Array, Array]:
+    """Return delay and Doppler after one of Newton's steps on |c|^2."""
+    f, t = waveform.places()
+    turned = compressed * _conjugate(delay, doppler, waveform)
+    grid = turned.reshape(*turned.shape[:-1], f.size, t.size)
+    wf, wt = 2j * np.pi * f, -2j * np.pi * t
+    over_t = grid.sum(axis=-1)
+    moved = grid @ wt
+    c = over_t.sum(axis=-1)
+    first = np.stack([over_t @ wf, moved.sum(axis=-1)])
+    second = np.stack([over_t @ wf**2, moved @ wf, (grid @ wt**2).sum(axis=-1)])
+    gradient = 2.0 * np.real(np.conj(c) * first)
+    cross = np.stack([first[0], first[0], first[1]]) * np.conj(
+        np.stack([first[0], first[1], first[1]])
+    )
+    h_ff, h_ft, h_tt = 2.0 * np.real(np.conj(c) * second + cross)
+    # Newton where the likelihood is concave, else along the expected curvature
+    determinant = h_ff * h_tt - h_ft**2
+    concave = (h_ff < 0.0) & (h_tt < 0.0) & (determinant > 0.0)
+    power = np.abs(c) ** 2
+    expected_f = -2.0 * power * np.mean(np.abs(wf) ** 2)
+    expected_t = -2.0 * power * max(float(np.mean(np.abs(wt) ** 2)), np.finfo(np.float64).tiny)
+    safe = np.where(concave, determinant, 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step_f = np.where(
+            concave, (h_tt * gradient[0] - h_ft * gradient[1]) / safe, gradient[0] / expected_f
+        )
+        step_t = np.where(
+            concave, (h_ff * gradient[1] - h_ft * gradient[0]) / safe, gradient[1] / expected_t
+        )
+    most_f, most_t = _BOUND / waveform.bandwidth, _BOUND / waveform.duration
+    return (
+        delay - np.clip(np.nan_to_num(step_f), -most_f, most_f),
+        doppler - np.clip(np.nan_to_num(step_t), -most_t, most_t),
+    )
+
+
+def _direction_step(
+    signal: ComplexArray, u: Array, delay: Array, doppler: Array, known: Receiver
+) -> Array:
+    """Return the direction after one step of scoring on |c|^2 / |r|^2."""
+    turned = signal * _conjugate(delay, doppler, known.waveform)[:, None, :]
+    correlated = turned @ np.conj(np.swapaxes(known.streams, -1, -2))  # (T, N_r, L)
+    a, b = steering(known.transmitter, u), steering(known.receiver, u)
+    da, db = 1j * rates(known.transmitter) * a, 1j * rates(known.receiver) * b
+    adjoint = np.conj(np.swapaxes(known.precoder, -1, -2))
+    f, df = (adjoint @ one[..., None] for one in (a, da))  # (T, L, 1)
+    row, drow = (np.conj(one)[:, None, :] @ correlated for one in (b, db))
+    c = (row @ f)[:, 0, 0]
+    dc = (drow @ f + row @ df)[:, 0, 0]
+    lit = np.real(np.conj(np.swapaxes(f, -1, -2)) @ known.gram @ f)[:, 0, 0]
+    dlit = 2.0 * np.real(np.conj(np.swapaxes(df, -1, -2)) @ known.gram @ f)[:, 0, 0]
+    shared = (np.conj(np.swapaxes(f, -1, -2)) @ known.gram @ df)[:, 0, 0]
+    spread = np.real(np.conj(np.swapaxes(df, -1, -2)) @ known.gram @ df)[:, 0, 0]
+    positive = np.where(lit > 0.0, lit, 1.0)
+    power = np.abs(c) ** 2
+    slope = 2.0 * np.real(np.conj(c) * dc) / positive - power * dlit / positive**2
+    aperture = float(np.var(rates(known.receiver)))
+    transmit = np.maximum(spread / positive - np.abs(shared) ** 2 / positive**2, 0.0)
+    curvature = 2.0 * power / positive * (aperture + transmit)
+    step = np.where(curvature > 0.0, slope / np.where(curvature > 0.0, curvature, 1.0), 0.0)
+    most = _BOUND / (2.0 * max(known.receiver.n, known.transmitter.n))
+    low, high = visible(known.receiver)
+    moved: Array = np.clip(u + np.clip(step, -most, most), low, high)
+    return moved
