@@ -158,9 +158,9 @@ def test_the_pilot_is_high_at_first_if_it_beats_the_proposed_scheme_there(pilot,
     assert found.verdict == verdict
 
 
-@pytest.mark.parametrize(("fall", "verdict"), [(0.5, "reproduced"), (2.0, "in part")])
+@pytest.mark.parametrize(("fall", "verdict"), [(0.5, "in part"), (2.0, "not reproduced")])
 def test_the_faster_object_is_tracked_stably_if_its_errors_fall(fall, verdict):
-    """The share of tracks kept is 100 %, so that growing errors alone leave it in part."""
+    """Of 30 trials without a lost track Clopper and Pearson know no more than 88 % kept."""
     setup = multi()
     truth = np.zeros((TRIALS, 10, 2, 3))
     estimated = np.zeros((2, *truth.shape))

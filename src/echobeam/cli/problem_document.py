@@ -171,6 +171,7 @@ def answer_document(answer: BeamAnswer) -> dict[str, Any]:
         "upper_bound": _number(answer.upper_bound),
         "gap": _number(answer.gap),
         "status": answer.status,
+        "outcome": answer.outcome,
         "message": answer.message,
         "max_violation": {
             "power": _number(missed.power),

@@ -107,7 +107,9 @@ def text_report(
         lines.append(str(headline))
     fallbacks = {name: figure.fallbacks for name, figure in figures.items() if figure.fallbacks}
     if fallbacks:
+        slots = result.sizes["trial"] * result.sizes["slot"]
         said = ", ".join(f"{name} {count}" for name, count in fallbacks.items())
+        said += f" of {slots} slots in all trials"
         lines.append(f"slots with fallback beams (rate floors out of reach, or flat beams): {said}")
     lost = {name: figure.lost for name, figure in figures.items() if figure.lost > 0}
     if lost:
@@ -187,12 +189,14 @@ def _rows(
             ]
             rows.append([str(slot + 1), *cells])
     else:
-        for first in range(0, n_slots, per_frame):
+        frames = -(-n_slots // per_frame)
+        per_row = per_frame * -(-frames // MOST_ROWS)
+        for first in range(0, n_slots, per_row):
             cells = [
-                f"{scale * figure.rate_mean[first : first + per_frame].mean():.3f}"
+                f"{scale * figure.rate_mean[first : first + per_row].mean():.3f}"
                 for figure in figures.values()
             ]
-            rows.append([f"{first + 1}-{first + per_frame}", *cells])
+            rows.append([f"{first + 1}-{min(first + per_row, n_slots)}", *cells])
     means = [
         _cell(scale * figure.frame_rate_mean, scale * np.array(figure.frame_rate_interval))
         for figure in figures.values()

@@ -106,7 +106,8 @@ def record_pictures(
     with open_any(result) as dataset:
         target = out or result
         for kind, data in figures(dataset, kinds, choice).items():
-            path = target.parent / f"{target.stem}-{kind}.{suffix}"
+            name = target.stem if kind == SWEEP else f"{target.stem}-{kind}"
+            path = target.parent / f"{name}.{suffix}"
             check_writable(path, force=True)
             yield write(data, path)
 

@@ -14,6 +14,9 @@ from echobeam.values import Array
 
 CONFIDENCE = 0.95
 RESAMPLES = 2000
+LEAST_RESAMPLED = 10
+"""Trials below which a bootstrap says nothing of the spread, and gives no interval."""
+
 _SEED = 20240607  # of the bootstrap: the same draws every time
 _CHUNK = 250
 
@@ -85,6 +88,8 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array) -> tuple[float, 
         ``(trial,)`` each, of equal length.
     """
     trials = samples[0].shape[0]
+    if trials < LEAST_RESAMPLED:
+        return float(statistic(*samples)), (np.nan, np.nan)
     random = np.random.default_rng(_SEED)
     values = []
     for _ in range(0, RESAMPLES, _CHUNK):

@@ -173,8 +173,8 @@ def _over_genie(source: Source) -> Panel:
     others = [name for name in source.names if name != GENIE]
     guides = (*source.omni_guides(), Guide("y", 1.0, look=_EXPECTED, name=_EXPECTED_NAME))
     series = []
-    if GENIE in source.names:
-        best = source.pool(source.parts[GENIE]["sum_rate"])
+    if source.genie_rates is not None:
+        best = source.pool(source.genie_rates)
         for name in others:
             rates = source.pool(source.parts[name]["sum_rate"])
             found = [

@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from echobeam.plots.looks import AREA, FAINT, SHADE, Look, scheme_looks
+from echobeam.plots.looks import AREA, FAINT, RING, SHADE, Look, scheme_looks
 from echobeam.plots.record import Axis, FigureData, Guide, Note, Panel, Series
 
 _RC: dict[str, Any] = {
@@ -146,6 +146,8 @@ def _entry(text: str, look: Look) -> Artist:
     """Return an entry of the legend that belongs to no series."""
     if look.marker == AREA:
         return Patch(facecolor=look.colour, label=text)
+    if look.marker == RING:
+        return Patch(facecolor="none", edgecolor=look.colour, label=text)
     return Line2D(
         [], [], color=look.colour, linestyle=look.line, marker=look.marker, linewidth=1.0,
         markerfacecolor="white", label=text,

@@ -25,6 +25,9 @@ SHADE, BAND, FAINT = "0.91", "0.78", "0.45"
 AREA = "area"
 """Marker of a legend's entry that is a filled area."""
 
+RING = "ring"
+"""Marker of a legend's entry that is an outline."""
+
 LineStyle = Literal["-", ""] | tuple[float, tuple[float, ...]]
 
 DASHED: LineStyle = (0, (4.0, 1.5))

@@ -37,7 +37,8 @@ def rate(source: Source) -> FigureData:
 
 
 def _panel(source: Source, series: list[Series], *, from_zero: bool) -> Panel:
-    highest = max((float(np.nanmax(one.y)) for one in series if not one.empty), default=0.0)
+    tops = [one.y if one.band is None else np.append(one.y, one.band) for one in series]
+    highest = max((float(np.nanmax(top)) for top in tops if np.isfinite(top).any()), default=0.0)
     limits = (-0.02 * highest, 1.06 * highest) if highest > 0 and from_zero else (None, None)
     return Panel(
         source.slot_axis(),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,8 +12,7 @@ from echobeam.physics.geometry import offset, offset_cov
 from echobeam.plots.looks import BLACK, SHORT, Look
 from echobeam.plots.record import Series
 from echobeam.plots.source import Source
-from echobeam.schemes.base import System
-from echobeam.simulation.forecast import MOST_SLOTS, SIGMAS, forecasts, same_object
+from echobeam.simulation.forecast import SIGMAS, Cone, same_object
 from echobeam.values import NOBODY, Array, IntArray
 
 FORECAST = Look(BLACK, "", SHORT)
@@ -72,17 +70,6 @@ def occupants(identity: IntArray) -> list[slice]:
     ]
 
 
-class Cone(NamedTuple):
-    """A forecast of one object: slots counted from 0, position along the road and its std, m.
-
-    All are ``(h + 1,)``; the first is the posterior of the slot in which it was made.
-    """
-
-    slots: npt.NDArray[np.int64]
-    centres: Array
-    deviations: Array
-
-
 def chosen_slots(stay: slice) -> list[int]:
     """Return the slots from which a stay's forecasts are drawn: its middle, or three if long."""
     length = stay.stop - stay.start
@@ -91,46 +78,6 @@ def chosen_slots(stay: slice) -> list[int]:
     if length <= _SHORT_STAY:
         return [stay.start + length // 2]
     return [stay.start + round(share * length) for share in _SHARES]
-
-
-def make_cones(
-    mean: Array,
-    cov: Array,
-    starts: Sequence[int],
-    end: int,
-    uav: tuple[Array, Array],
-    system: System,
-) -> list[Cone]:
-    """Return the forecasts of one object from some slots, in one trial.
-
-    Each ends where the next begins or the stay ends, and after 50 slots at most. Where nothing
-    is known, or nothing is in doubt, there is none.
-
-    Parameters
-    ----------
-    mean, cov
-        ``(n, 3)`` and ``(n, 3, 3)``: posteriors of all slots.
-    starts, end
-        Slots counted from 0, ascending, and the one after the stay's last.
-    uav
-        Position and velocity of the UAV, ``(n, 3)`` m and m/s.
-    system
-        The system of the scheme, with the settings of its filter.
-    """
-    position, velocity = uav
-    cones = []
-    for start, stop in zip(starts, [*starts, end - 1][1:], strict=True):
-        if not (np.diagonal(cov[start]) > 0).all():
-            continue
-        here = mean[None, start, None], cov[None, start, None]
-        most = min(stop - start, MOST_SLOTS)
-        ahead = list(forecasts(*here, np.array([start]), most, velocity, system))
-        states = np.stack([mean[start], *(one.mean[0, 0] for one in ahead)])
-        covs = np.stack([cov[start], *(one.cov[0, 0] for one in ahead)])
-        slots = np.arange(start, start + len(states))
-        centres = position[slots, 0] + offset(states)[:, 0]
-        cones.append(Cone(slots, centres, np.sqrt(offset_cov(states, covs)[:, 0, 0])))
-    return cones
 
 
 def cone_series(cone: Cone, x: npt.NDArray[np.generic], colour: str) -> tuple[Series, Series]:

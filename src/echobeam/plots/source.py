@@ -15,8 +15,8 @@ from echobeam.plots.record import Axis, FigureData, Guide, Panel
 from echobeam.scenario.checking import ScenarioError, checked
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import split
-from echobeam.simulation.statistics import Statistics, of_scheme
-from echobeam.simulation.summary import result_statistics
+from echobeam.simulation.statistics import Statistics, of_scheme, sum_rate
+from echobeam.simulation.summary import GENIE, result_statistics
 from echobeam.values import Array, Mode
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ class Source:
             if name not in held:
                 raise PlotError(f"the result holds no scheme {name!r}; it holds {', '.join(held)}")
         self.names = self.choice.schemes or tuple(held)
+        self.whole = result
         self.result = result.isel(scheme=[held.index(name) for name in self.names])
         self._check_slots()
 
@@ -104,6 +105,14 @@ class Source:
     def looks(self) -> dict[str, Look]:
         """Every scheme's look."""
         return scheme_looks(self.names)
+
+    @cached_property
+    def genie_rates(self) -> Array | None:
+        """Sum rates ``(trial, slot)`` of the genie, shown or not; None without one."""
+        if GENIE not in self.whole["scheme"].values:
+            return None
+        one = self.whole[["rate", "present"]].sel(scheme=GENIE).transpose("trial", "slot", "object")
+        return sum_rate(one["rate"].values, one["present"].values.astype(bool))
 
     @property
     def trials(self) -> int:

@@ -57,22 +57,31 @@ def sweep(dataset: xr.Dataset, choice: Choice) -> FigureData:
     schemes = list(choice.schemes) or held
     unit, _ = _unit(str(dataset[name].attrs.get("units", "")))
     groups = _series(dataset, part, dimension, key, schemes)
-    everything = [one for _, group in groups for one in group if not one.empty]
-    low = min((float(np.nanmin(one.y)) for one in everything), default=0.0)
-    high = max((float(np.nanmax(one.y)) for one in everything), default=0.0)
-    log = low > 0 and high > 30 * low
-    label = _LABELS.get(name, str(dataset[name].attrs.get("long_name", name)).capitalize())
-    y = Axis(label, unit, log=log, limits=(None, None) if log or low < 0 else (0.0, None))
+    if all(one.empty for _, group in groups for one in group):
+        need = "; it needs --scheme genie in the sweep" if "genie" in name else ""
+        raise PlotError(f"the sweep holds no number of {name!r} for these schemes{need}")
+    words = str(dataset[name].attrs.get("long_name", name))
+    label = _LABELS.get(name, words[:1].upper() + words[1:])
     x = _key_axis(dataset, key)
-    panels = tuple(Panel(x, y, tuple(group), title) for title, group in groups)
+    panels = tuple(
+        Panel(x, _value_axis(label, unit, group), tuple(group), title) for title, group in groups
+    )
     trials = np.unique(dataset.attrs.get("trials", 0))
     counts = " to ".join(str(one) for one in np.unique(trials[[0, -1]]))
     layout = grid(len(panels), min(len(panels), 3))
     size = (3.5, 2.75) if len(panels) == 1 else (7.16, 0.7 + 1.9 * len(layout))
     return FigureData(
         "sweep", choice.title or _scenario_name(dataset), panels, f"{counts} trials per point",
-        layout=layout, size=size, share="xy" if len(panels) > 1 else "", band="95 % interval",
+        layout=layout, size=size, share="x" if len(panels) > 1 else "", band="95 % interval",
     )  # fmt: skip
+
+
+def _value_axis(label: str, unit: str, group: list[Series]) -> Axis:
+    """Return the axis of a panel's values, from zero unless they span more than 30 to 1."""
+    values = [one.y for one in group if not one.empty]
+    low = min((float(np.nanmin(one)) for one in values), default=0.0)
+    log = low > 0 and max(float(np.nanmax(one)) for one in values) > 30 * low
+    return Axis(label, unit, log=log, limits=(None, None) if log or low < 0 else (0.0, None))
 
 
 def _key_axis(dataset: xr.Dataset, key: str) -> Axis:
@@ -119,7 +128,7 @@ def _series(
         for indices in itertools.product(*(range(part.sizes[one]) for one in others))
     ]
     said = [
-        ", ".join(f"{one} = {_value(dataset[one].values[i])}" for one, i in where.items())
+        ", ".join(f"{one} = {_value(dataset[one], i)}" for one, i in where.items())
         for where in combinations
     ]
     if len(schemes) == 1 and others:
@@ -148,8 +157,12 @@ def _unit(units: str) -> tuple[str, float]:
     return _SHOWN_IN.get(units, ("" if units == "1" else units, 1.0))
 
 
-def _value(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float | np.floating) else str(value)
+def _value(values: xr.DataArray, index: int) -> str:
+    """Return one of a key's values with its unit."""
+    value, (unit, factor) = values.values[index], _unit(str(values.attrs.get("units", "")))
+    if not isinstance(value, float | np.floating):
+        return str(value)
+    return f"{factor * value:g} {unit}".rstrip()
 
 
 def _scenario_name(dataset: xr.Dataset) -> str:

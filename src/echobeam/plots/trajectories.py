@@ -6,19 +6,18 @@ import math
 
 import numpy as np
 
-from echobeam.plots.looks import BLACK, DOTTED, Look, object_look
+from echobeam.plots.looks import BLACK, DOTTED, MAX_OBJECTS, RING, Look, object_look
 from echobeam.plots.record import Axis, FigureData, Note, Panel, Series
 from echobeam.plots.scene import (
     FORECAST,
-    Cone,
     Scene,
     chosen_slots,
     cone_series,
-    make_cones,
     read_scene,
 )
 from echobeam.plots.source import Source
 from echobeam.schemes.configure import system_for
+from echobeam.simulation.forecast import Cone, make_cones
 from echobeam.values import Array
 
 _CLOSE_UPS = 4
@@ -27,6 +26,9 @@ _ELLIPSES = 3
 # Half-axes of the ellipse that holds 95 % of a Gaussian in the plane: sqrt(-2 ln 0.05) sigmas.
 _ELLIPSE_SIGMAS = float(np.sqrt(-2.0 * np.log(0.05)))
 _FLATTEST = 3.0
+_BLACK = next(k for k in range(MAX_OBJECTS) if object_look(k).colour == BLACK)
+"""Object whose colour is that of the estimates, which is left out over the time."""
+
 PREDICTED = Look("0.25", "x", "")
 _ESTIMATED = Look("0.25", "o", "-")
 _ROAD, _HEIGHT = Axis("Position along the road", "m"), Axis("Height", "m")
@@ -64,7 +66,7 @@ def _figure(source: Source, panels: list[Panel], close: int) -> FigureData:
         layout = (tuple(upper), tuple(lower), tuple(road))
     key = [
         ("true path", Look("0.25")), ("estimated", _ESTIMATED), ("predicted", PREDICTED),
-        ("95 % region (if within axes)", Look("0.3", "o", "")), ("forecast, with ±3σ", FORECAST),
+        ("95 % region (if within axes)", Look("0.3", RING, "")), ("forecast, with ±3σ", FORECAST),
     ]  # fmt: skip
     return FigureData(
         "trajectories", source.title, tuple(panels), source.setting(scheme, one_trial=True),
@@ -79,7 +81,8 @@ def _over_time(source: Source, scene: Scene) -> FigureData:
     uav = Series("UAV", time, scene.uav[:, 0], look=Look(BLACK, "", DOTTED), kind="line")
     ways, errors = [uav], []
     for number, (k, stay) in enumerate(scene.stays):
-        look, name = object_look(number).plain("-"), f"stay {number + 1}"
+        look = object_look(number + (number % MAX_OBJECTS >= _BLACK)).plain("-")
+        name = f"stay {number + 1}"
         ways.append(
             Series(f"{name}, true", time[stay], scene.true[stay, k, 0], look=look, kind="line",
                    width=2.0, legend=False)

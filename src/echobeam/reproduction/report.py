@@ -9,7 +9,7 @@ from pathlib import Path
 
 from echobeam.reproduction.records import Entry, Estimate, Finding, Judgement, Verdict
 from echobeam.reproduction.results import Results
-from echobeam.reproduction.setups import CALIBRATED, DEFAULT
+from echobeam.reproduction.setups import CALIBRATED, DEFAULT, HEADLINE_SHARE
 from echobeam.store.writing import replacing
 from echobeam.version import __version__
 
@@ -85,7 +85,8 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
         "# The paper's claims",
         "",
         f"{len(findings)} claims: {said}. echobeam {__version__}, {results.trials} trials per "
-        f"point, seed {results.seed}; intervals are 95 %. Verdicts are computed by the rules "
+        f"point and {HEADLINE_SHARE:g} times as many for the two percentages, seed "
+        f"{results.seed}; intervals are 95 %. Verdicts are computed by the rules "
         "below, from intervals: where trials are too few to tell, the lesser verdict stands, and "
         "more trials may change it. Of a claim's several numbers the table shows the first, with "
         "its name; all of them, how each was measured, and the rules stand below. *Within 20 %, "

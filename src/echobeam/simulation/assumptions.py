@@ -114,7 +114,7 @@ def assumptions(
     moving = (_far_field, _range_migration, _angle_migration, _doppler, _turning_phase)
     seen = (_threshold, _velocity, _grid, _widest, _separated, _blind)
     found = [
-        *_taken(scale),
+        *_taken(scenario, scale),
         _narrow_band(scenario),
         _pulse(scenario),
         _gain(scenario),
@@ -127,13 +127,22 @@ def assumptions(
     return tuple(found)
 
 
-def _taken(scale: PowerScale) -> list[Assumption]:
+def _side(scenario: Scenario) -> list[Assumption]:
+    """Return what a vertical array is told, because it cannot measure it."""
+    if scenario.array.axis != "vertical":
+        return []
+    words = "a vertical array cannot tell theta from 180 degrees minus theta; the side is known"
+    return [Assumption("side of the UAV", words)]
+
+
+def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
     isolation = scale.transmit_power / scale.noise_power
     return [
         Assumption(
             "monostatic",
             "transmit and receive array are at one place",
         ),
+        *_side(scenario),
         Assumption(
             "self-interference",
             "echoes are received while the UAV sends, its own signal being cancelled down to the "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -39,6 +39,17 @@ class Forecast(NamedTuple):
     cov: Array
 
 
+class Cone(NamedTuple):
+    """A forecast of one object: slots counted from 0, position along the road and its std, m.
+
+    All are ``(h + 1,)``; the first is the posterior of the slot in which it was made.
+    """
+
+    slots: IntArray
+    centres: Array
+    deviations: Array
+
+
 def forecasts(
     mean: Array, cov: Array, origins: IntArray, most: int, uav_velocity: Array, system: System
 ) -> Iterator[Forecast]:
@@ -73,6 +84,46 @@ def forecasts(
             G = evolution_jacobian(mean, *motion)
             mean, cov = evolve(mean, *motion), propagate(cov, G, process)
         yield Forecast(horizon, mean, cov)
+
+
+def make_cones(
+    mean: Array,
+    cov: Array,
+    starts: Sequence[int],
+    end: int,
+    uav: tuple[Array, Array],
+    system: System,
+) -> list[Cone]:
+    """Return the forecasts of one object from some slots, in one trial.
+
+    Each ends where the next begins or the stay ends, and after 50 slots at most. Where nothing
+    is known, or nothing is in doubt, there is none.
+
+    Parameters
+    ----------
+    mean, cov
+        ``(n, 3)`` and ``(n, 3, 3)``: posteriors of all slots.
+    starts, end
+        Slots counted from 0, ascending, and the one after the stay's last.
+    uav
+        Position and velocity of the UAV, ``(n, 3)`` m and m/s.
+    system
+        The system of the scheme, with the settings of its filter.
+    """
+    position, velocity = uav
+    cones = []
+    for start, stop in zip(starts, [*starts, end - 1][1:], strict=True):
+        if not (np.diagonal(cov[start]) > 0).all():
+            continue
+        here = mean[None, start, None], cov[None, start, None]
+        most = min(stop - start, MOST_SLOTS)
+        ahead = list(forecasts(*here, np.array([start]), most, velocity, system))
+        states = np.stack([mean[start], *(one.mean[0, 0] for one in ahead)])
+        covs = np.stack([cov[start], *(one.cov[0, 0] for one in ahead)])
+        slots = np.arange(start, start + len(states))
+        centres = position[slots, 0] + offset(states)[:, 0]
+        cones.append(Cone(slots, centres, np.sqrt(offset_cov(states, covs)[:, 0, 0])))
+    return cones
 
 
 def forecast_errors(

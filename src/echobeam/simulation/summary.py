@@ -284,7 +284,7 @@ def _whole_run(
         "coverage": _share_of_trials(part, "inside", "covered"),
         "outage": _share_of_trials(part, "below", "served"),
         "lost": (1.0 - lost[0], (1.0 - lost[1][1], 1.0 - lost[1][0])),
-        "fallbacks": _pair(trials * fallbacks, trials * ends),
+        "fallbacks": _pair(trials * fallbacks, np.maximum(trials * ends, 0.0)),
         "frame_rate_over_genie": ratio_of_means(per_trial, best.mean(axis=-1)),
     }
 

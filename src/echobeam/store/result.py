@@ -179,7 +179,9 @@ def open_any(path: str | Path) -> xr.Dataset:
     try:
         result = xr.open_dataset(path, engine="h5netcdf")
     except (OSError, ValueError, KeyError) as error:
-        raise StoreError(f"{path}: not a NetCDF-4 file: {error}") from None
+        raise StoreError(
+            f"{path}: not a NetCDF-4 file, or a damaged one ({type(error).__name__})"
+        ) from None
     if VARY in result.attrs:
         return result
     misfit = _misfit(result)

@@ -94,6 +94,13 @@ def load_motion(
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
     sightings = sight(repaired.samples, clock)
     sightings = replace(sightings, position=sightings.position - zero)
+    outside = np.flatnonzero((clock < survey.first) | (clock > survey.last))
+    if outside.size:
+        note = (
+            f"{outside.size} of {clock.size} slots, first slot {outside[0] + 1}, are outside the "
+            f"trace, which runs from {survey.first:g} s to {survey.last:g} s: nobody is there"
+        )
+        warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
     motion = serve(sightings, samples.names, ground, max_objects, range_m, survey.dropped)
     if max_objects and not motion.present.any():
         note = f"no vehicle comes within {range_m:g} m of the UAV in these slots: nobody is served"

@@ -7,13 +7,14 @@ import numpy as np
 from echobeam.physics.geometry import offset
 from echobeam.plots.looks import object_look
 from echobeam.plots.record import Axis, FigureData, Panel, quantile_series
-from echobeam.plots.scene import FORECAST, Cone, Scene, make_cones
+from echobeam.plots.scene import FORECAST, Scene
 from echobeam.plots.trajectories import PREDICTED, road_panel, scene_panel
 from echobeam.reproduction.captions import setting
 from echobeam.reproduction.records import Figure
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import trajectory
 from echobeam.schemes.configure import system_for
+from echobeam.simulation.forecast import Cone, make_cones
 from echobeam.values import Array
 
 FORECAST_SLOTS = (10, 40, 70)
