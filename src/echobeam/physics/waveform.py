@@ -8,6 +8,7 @@ Cyclic prefixes are longer than every delay, and a symbol is short against 1 / m
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal, assert_never
 
@@ -69,12 +70,12 @@ class Waveform:
     @property
     def effective_bandwidth(self) -> float:
         """Width of the flat spectrum with the grid's mean square, Hz: B sqrt(1 - 1 / N^2)."""
-        return self.bandwidth * np.sqrt(1.0 - 1.0 / self.subcarriers**2)
+        return self.bandwidth * math.sqrt(1.0 - 1.0 / self.subcarriers**2)
 
     @property
     def effective_duration(self) -> float:
         """Length of the rectangular pulse with the grid's mean square, s: T sqrt(1 - 1 / M^2)."""
-        return self.duration * np.sqrt(1.0 - 1.0 / self.symbols**2)
+        return self.duration * math.sqrt(1.0 - 1.0 / self.symbols**2)
 
     def places(self) -> tuple[Array, Array]:
         """Return frequencies ``(N,)`` Hz and times ``(M,)`` s of the grid, around their means.
@@ -82,9 +83,9 @@ class Waveform:
         Around the means a change of delay or Doppler leaves the phase of the whole as it is, so
         that their estimates do not depend on each other.
         """
-        n = np.arange(self.subcarriers) - 0.5 * (self.subcarriers - 1)
-        m = np.arange(self.symbols) - 0.5 * (self.symbols - 1)
-        return self.spacing * n, self.symbol_duration * m
+        n: Array = np.arange(self.subcarriers, dtype=np.float64) - 0.5 * (self.subcarriers - 1)
+        m: Array = np.arange(self.symbols, dtype=np.float64) - 0.5 * (self.symbols - 1)
+        return np.asarray(self.spacing * n), np.asarray(self.symbol_duration * m)
 
     def phases(self, delay: Array, doppler: Array) -> ComplexArray:
         """Return exp(j 2 pi (t_m mu - f_n tau)), ``(..., N, M)``.

@@ -15,6 +15,7 @@ BUILT_IN = (
     "paper-trajectory",
     "paper-height",
     "paper-approximation",
+    "paper-signal",
     "traffic",
 )
 """Names of the scenarios that come with echobeam."""

@@ -107,8 +107,37 @@ class RadarTable(Table):
     """Measurement variances: Eqs. (20)-(23), or the Fisher information."""
     variance: Literal["predicted", "known"] = "predicted"
     """Variance that a scheme is given: the bound at its own prediction, or at the true state."""
-    model: Literal["crb"] = "crb"
-    """Measurements are Gaussian with the variance of the bound, Eq. (24)."""
+    model: Literal["crb", "signal"] = "crb"
+    """Measurements are Gaussian with the variance of the bound, Eq. (24), or those of the receiver
+    that processes the echo signal of Eq. (11)."""
+    fluctuation: Literal["none", "swerling1"] = "none"
+    """Amplitude of an echo: constant (Swerling 0), or drawn anew in every slot (Swerling I)."""
+    subcarriers: Annotated[Count, Field(ge=2, le=4096)] = 200
+    """N, of the bandwidth."""
+    symbols: Annotated[Count, Field(ge=2, le=4096)] = 4
+    """M, OFDM symbols of the pulse length."""
+    modulation: Literal["qpsk", "16qam", "gaussian"] = "qpsk"
+    """Law of the data symbols; Gaussian ones are the paper's CSCG pulse."""
+    integration: Literal["gain", "grid"] = "gain"
+    """Gain of coherent integration: G_m, or the N M resource elements."""
+    filter: Literal["matched", "reciprocal", "lmmse"] = "matched"
+    """Weights of the resource elements in the map over delay and Doppler."""
+    cfar: Literal["cell-averaging", "ordered-statistic"] = "cell-averaging"
+    """Level of the noise around a cell of the map."""
+    false_alarm: Annotated[Number, Field(gt=0, lt=0.1)] = 1e-6
+    """Probability that a cell of noise passes for an echo."""
+    angle: Literal["glrt", "capon"] = "glrt"
+    """Estimator of the angle: the likelihood, or Capon's spectrum of the receive array."""
+    self_interference: Annotated[Number, Field(ge=0)] = 0.0
+    """Residual of the UAV's own signal in one antenna, over the noise."""
+    ground_clutter: Annotated[Number, Field(ge=0)] = 0.0
+    """|epsilon|^2 of a metre of road, m^-1."""
+
+    @property
+    def integrated(self) -> float:
+        """Gain of coherent integration, as `integration` says."""
+        elements = self.subcarriers * self.symbols
+        return float(elements) if self.integration == "grid" else self.gain
 
 
 class UavTable(Table):

@@ -160,7 +160,7 @@ def variance_law(scenario: Scenario) -> VarianceLaw:
         transmitter=LinearArray(array.n_tx, array.spacing, array.axis),
         receiver=LinearArray(array.receivers, array.spacing, array.axis),
         rcs=complex(*radar.rcs),
-        gain=radar.gain,
+        gain=radar.integrated,
         noise=radar.noise,
         bandwidth=radar.bandwidth,
         pulse_length=radar.pulse_length,

@@ -102,9 +102,7 @@ def receiver_of(
     return Receiver(*arrays, waveform, flat, precoder, gram, noise)
 
 
-def find_echoes(
-    signal: ComplexArray, known: Receiver, count: int, processing: Processing
-) -> Echo:
+def find_echoes(signal: ComplexArray, known: Receiver, count: int, processing: Processing) -> Echo:
     """Return the strongest echoes of a slot.
 
     Parameters
@@ -147,7 +145,9 @@ def _together(
     signal: ComplexArray, points: list[Point], valid: list[BoolArray], known: Receiver
 ) -> list[Point]:
     """Return the points refined once more, each with the others subtracted."""
-    signals = [_where(passed, rebuilt(one, known)) for one, passed in zip(points, valid, strict=True)]
+    signals = [
+        _where(passed, rebuilt(one, known)) for one, passed in zip(points, valid, strict=True)
+    ]
     total = sum(signals)
     refined = []
     for place, point in enumerate(points):
@@ -227,6 +227,6 @@ def _by_capon(signal: ComplexArray, point: Point, known: Receiver) -> Point:
     pieces = np.array_split(np.arange(wave.elements), parts)
     snapshots = np.stack([compressed[..., piece].sum(axis=-1) for piece in pieces], axis=-1)
     correlated = turned @ np.conj(np.swapaxes(known.streams, -1, -2))
-    inverse = np.linalg.inv(covariance(snapshots))
+    inverse: ComplexArray = np.linalg.inv(covariance(snapshots))
     u = capon_direction(correlated, inverse, point.u, known)
     return at(signal, u, point.delay, point.doppler, known)

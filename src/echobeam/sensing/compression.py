@@ -36,7 +36,9 @@ def weights(replica: ComplexArray, kind: Filter, noise_over_echo: Array | float)
         case "reciprocal":
             square = np.abs(replica) ** 2
             floor = np.finfo(np.float64).tiny
-            return np.where(square > floor, np.conj(replica) / np.maximum(square, floor), 0.0)
+            inverse: ComplexArray = np.conj(replica) / np.maximum(square, floor)
+            inverse[square <= floor] = 0.0
+            return inverse
         case "lmmse":
             level = np.asarray(noise_over_echo, dtype=np.float64)[..., None, None]
             scaled: ComplexArray = np.conj(replica) / (np.abs(replica) ** 2 + level)
@@ -80,5 +82,5 @@ def delay_doppler_map(
 def cell_places(waveform: Waveform, padding: tuple[int, int]) -> tuple[Array, Array]:
     """Return delays s and Doppler shifts Hz of the cells of `delay_doppler_map`."""
     n, m = waveform.subcarriers * padding[0], waveform.symbols * padding[1]
-    delay = np.arange(n) / (n * waveform.spacing)
-    return delay, np.fft.fftfreq(m, waveform.symbol_duration)
+    delay: Array = np.arange(n, dtype=np.float64) / (n * waveform.spacing)
+    return delay, np.asarray(np.fft.fftfreq(m, waveform.symbol_duration), dtype=np.float64)

@@ -19,7 +19,7 @@ def steering(array: LinearArray, u: Array) -> ComplexArray:
 
 def rates(array: LinearArray) -> Array:
     """Return the phase slopes 2 pi spacing m of the elements, ``(n,)``."""
-    slopes: Array = 2.0 * np.pi * array.spacing * np.arange(array.n)
+    slopes: Array = 2.0 * np.pi * array.spacing * np.arange(array.n, dtype=np.float64)
     return slopes
 
 
@@ -44,7 +44,7 @@ def angle_of(array: LinearArray, u: Array) -> Array:
 def mirrored(array: LinearArray, angle: Array, near: Array) -> Array:
     """Return the angle or its mirror image, whichever is nearer to another angle.
 
-    A vertical array cannot tell theta from pi - theta; NaN of ``near`` leaves the angle.
+    A vertical array cannot tell theta from pi - theta; where ``near`` is NaN the angle stays.
     """
     if array.axis != "vertical":
         return angle

@@ -194,12 +194,15 @@ def _pulse(scenario: Scenario) -> Assumption:
 
 
 def _gain(scenario: Scenario) -> Assumption:
-    radar, product = scenario.radar, scenario.radar.bandwidth * scenario.radar.pulse_length
+    radar = scenario.radar
+    product = radar.bandwidth * radar.pulse_length
+    gain = radar.integrated
     return Assumption(
         "gain of the matched filter",
-        f"G_m = {radar.gain:.4g} of the {product:.4g} that bandwidth and pulse length give",
-        radar.gain <= product,
-        radar.gain,
+        f"G_m = {gain:.4g} of the {product:.4g} that bandwidth and pulse length give"
+        + (", of all resource elements" if radar.integration == "grid" else ""),
+        gain <= product * (1.0 + 1e-9),
+        gain,
         product,
     )
 

@@ -30,6 +30,10 @@ class Use(IntEnum):
     PROCESS = 2
     SCHEME = 3
     SCHEME_UPDATE = 4
+    DATA = 5
+    NOISE = 6
+    FLUCTUATION = 7
+    SURROUNDINGS = 8
 
 
 def object_normals(
@@ -59,6 +63,19 @@ def object_normals(
             words = np.random.Philox(key=[seed, 0], counter=counter).random_raw(WORDS * len(trials))
             draws[:, column] = _normals(words).reshape(-1, WORDS)[:, :count]
     return draws
+
+
+def trial_normals(seed: int, trials: range, slot: int, use: Use, shape: tuple[int, ...]) -> Array:
+    """Return standard normals that belong to no object, ``(T, *shape)``, drawn trial by trial.
+
+    Parameters
+    ----------
+    seed, trials, slot, use
+        As in `object_normals`.
+    shape
+        Of one trial's draws.
+    """
+    return _rows(seed, 2, trials, slot, use, shape)
 
 
 @cache
@@ -92,13 +109,17 @@ class SchemeNormals:
 
     def __call__(self, shape: tuple[int, ...]) -> Array:
         """Return standard normals ``(T, *shape)``, drawn trial by trial."""
-        size = int(np.prod(shape))
-        draws = np.empty((len(self.trials), size))
-        for row, trial in enumerate(self.trials):
-            counter = [0, trial, self.slot, int(self.use)]
-            generator = np.random.Philox(key=[self.key, 1], counter=counter)
-            draws[row] = _normals(generator.random_raw(size))
-        return draws.reshape(len(self.trials), *shape)
+        return _rows(self.key, 1, self.trials, self.slot, self.use, shape)
+
+
+def _rows(key: int, kind: int, trials: range, slot: int, use: Use, shape: tuple[int, ...]) -> Array:
+    """Return normals ``(T, *shape)``, each trial's from the start of a counter of its own."""
+    size = int(np.prod(shape))
+    draws = np.empty((len(trials), size))
+    for row, trial in enumerate(trials):
+        generator = np.random.Philox(key=[key, kind], counter=[0, trial, slot, int(use)])
+        draws[row] = _normals(generator.random_raw(size))
+    return draws.reshape(len(trials), *shape)
 
 
 def _normals(words: np.ndarray[tuple[int, ...], np.dtype[np.uint64]]) -> Array:

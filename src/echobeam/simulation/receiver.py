@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from echobeam.physics.variance_law import VarianceLaw
+from echobeam.sensing.directions import mirrored
 from echobeam.simulation.world import Echoes
 from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array, BoolArray, Detections, IntArray, Tracks, Transmission, freeze
@@ -42,14 +43,20 @@ def receive(
     """
     label = np.broadcast_to(identity, echoes.snr.shape)
     measured = np.isfinite(echoes.variance)
-    if knowledge == "known" or not measured.any():
+    value = echoes.value
+    if echoes.reported is not None:
+        variance = np.where(measured, echoes.reported, np.inf)
+        mean = by_identity(prior, label, prior.mean)
+        angle = mirrored(law.receiver, value[..., 0], mean[..., 0])
+        value = np.concatenate([angle[..., None], value[..., 1:]], axis=-1)
+    elif knowledge == "known" or not measured.any():
         variance = echoes.variance
     else:
         here = expected_state(echoes.value, prior, label)
         variance = np.where(measured, law.variance(sent, here), np.inf)
     valid = np.asarray(measured.any(axis=-1))
-    freeze(echoes.value, variance, valid)
-    return Detections(echoes.value, variance, valid, label)
+    freeze(value, variance, valid)
+    return Detections(value, variance, valid, label)
 
 
 def expected_state(value: Array, prior: Tracks, label: IntArray) -> Array:

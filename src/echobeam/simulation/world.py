@@ -13,7 +13,15 @@ from echobeam.schemes.base import Decision
 from echobeam.simulation.movers import Ground
 from echobeam.simulation.randomness import Use, object_normals
 from echobeam.simulation.scene import Scene
-from echobeam.values import NOBODY, Array, BoolArray, IntArray, UavState, freeze
+from echobeam.values import (
+    NOBODY,
+    Array,
+    BoolArray,
+    ComplexArray,
+    IntArray,
+    UavState,
+    freeze,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +44,15 @@ class Echoes:
         ``(T, K, M)`` rad, s, Hz; NaN where nothing was measured.
     variance
         ``(T, K, M)``: with which nature drew them; infinite where nothing was measured.
+    reported
+        ``(T, K, M)``: that the receiver states itself, where it processes a signal; else None, and
+        the UAV evaluates the bound.
     """
 
     snr: Array
     value: Array
     variance: Array
+    reported: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,15 +105,23 @@ class World:
     def sense(self, decision: Decision) -> Echoes:
         """Return what the radar measures of the objects whose echoes are processed.
 
-        Gaussian with the variance of the bound at the true state, Eqs. (17)-(24).
+        Gaussian with the variance of the bound at the true state, Eqs. (17)-(24), or what the
+        receiver makes of the echo signal, Eq. (11).
         """
-        sent, law = decision.sent, self.scene.law
-        snr = law.snr(sent, self.state)
+        sent, law, radar = decision.sent, self.scene.law, self.scene.scenario.radar
+        amplitude = self.fluctuation()
+        snr = law.snr(sent, self.state) * np.abs(amplitude) ** 2
         asked = self._addressed(decision) & decision.sensed[:, None, :]
         processed = np.asarray(asked.any(axis=-1))
         variance = law.variance(sent, self.state, snr)
         variance = np.where(processed[..., None], variance, np.inf)
         measured: BoolArray = np.isfinite(variance)
+        if radar.model == "signal":
+            from echobeam.simulation.signal_sensor import measure_signal
+
+            value, reported = measure_signal(self, sent, amplitude, processed)
+            missed = ~np.isfinite(value)
+            return Echoes(snr, value, np.where(missed, np.inf, variance), reported)
         if not measured.any():
             return Echoes(snr, np.full(variance.shape, np.nan), variance)
         luck = object_normals(
@@ -117,6 +137,14 @@ class World:
             self.scene.scenario.radio.carrier,
         )
         return Echoes(snr, np.where(measured, ideal + noise, np.nan), variance)
+
+    def fluctuation(self) -> ComplexArray:
+        """Return each echo's amplitude relative to its mean power, ``(T or 1, K)``."""
+        if self.scene.scenario.radar.fluctuation == "none":
+            return np.ones((1, self.identity.size), dtype=np.complex128)
+        pair = object_normals(self.seed, self.trials, self.slot, Use.FLUCTUATION, self.identity, 2)
+        drawn: ComplexArray = (pair[..., 0] + 1j * pair[..., 1]) / np.sqrt(2.0)
+        return drawn
 
     def advance(self) -> World:
         """Return nature one slot later."""

@@ -20,6 +20,7 @@ COMPUTING = (
     "tracking",
     "beamforming",
     "physics",
+    "sensing",
     "estimation",
     "scenario",
     "traces",

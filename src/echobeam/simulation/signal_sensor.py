@@ -1,0 +1,186 @@
+"""Radar of a run whose receiver processes the echo signal: nature's part and the receiver's.
+
+Nature makes the signal of all objects, of the ground and of the UAV's own transmitter, and adds
+noise. The receiver finds echoes in it and states their variances. In a labelled run somebody says
+whose an echo is: the truth gives the label, which object within a resolution cell it is, and the
+side of the UAV that a vertical array cannot see, and nothing else. An echo that is missed or far
+off is no measurement.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from echobeam.physics.bounds import effective_variance, measurement_variance
+from echobeam.physics.echo import reflection_coefficient
+from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
+from echobeam.physics.measurement import measure
+from echobeam.physics.waveform import Waveform, factor, orthogonalised, symbols_of
+from echobeam.scenario.tables import RadarTable
+from echobeam.sensing.chain import Echo, Processing, find_echoes, receiver_of
+from echobeam.sensing.directions import mirrored
+from echobeam.simulation.randomness import Use, trial_normals
+from echobeam.values import Array, BoolArray, ComplexArray, Transmission
+
+if TYPE_CHECKING:
+    from echobeam.simulation.world import World
+
+TRIALS_AT_ONCE = 32
+"""Trials whose signals are in memory together, some 5 MB each with 30 antennas and 800 elements."""
+
+SPARE = 2
+"""Echoes that are looked for beyond the objects where the ground or the transmitter echoes too."""
+
+PATCHES, PATCH = 60, 10.0
+"""Patches of ground along the road below the UAV, and their length, m."""
+
+GATE = 1.5
+"""Resolution cells of delay, Doppler and direction within which an echo is an object's."""
+
+
+def waveform_of(radar: RadarTable) -> Waveform:
+    """Return the waveform of a scenario's radar."""
+    return Waveform(
+        radar.bandwidth, radar.pulse_length, radar.subcarriers, radar.symbols, radar.modulation
+    )
+
+
+def element_noise(radar: RadarTable) -> float:
+    """Return the noise in one resource element, with which integration gives the gain stated."""
+    return radar.noise * radar.subcarriers * radar.symbols / radar.integrated
+
+
+def measure_signal(
+    world: World, sent: Transmission, amplitude: ComplexArray, processed: BoolArray
+) -> tuple[Array, Array]:
+    """Return the measurements and the variances that the receiver states, ``(T, K, 3)`` each.
+
+    NaN and infinite where an object was not processed or its echo was missed.
+
+    Parameters
+    ----------
+    world
+        Nature.
+    sent
+        ``(T, C, N)`` inside.
+    amplitude
+        ``(T or 1, K)``: fluctuation of the echoes.
+    processed
+        ``(T, K)``: objects whose echoes are measured.
+    """
+    trials, objects = processed.shape
+    value = np.full((trials, objects, 3), np.nan)
+    variance = np.full((trials, objects, 3), np.inf)
+    if not processed.any():
+        return value, variance
+    state = np.broadcast_to(world.state, (trials, objects, 3))
+    spread = np.broadcast_to(amplitude, (trials, objects))
+    for first in range(0, trials, TRIALS_AT_ONCE):
+        some = slice(first, first + TRIALS_AT_ONCE)
+        found, truth = _of_some(world, _part(sent, some), state[some], spread[some], some)
+        value[some], variance[some] = _labelled(
+            world, _part(sent, some), found, truth, processed[some]
+        )
+    return value, variance
+
+
+def _part(sent: Transmission, trials: slice) -> Transmission:
+    return Transmission(sent.beams[trials], sent.antenna_power[trials], sent.probing[trials])
+
+
+def _of_some(
+    world: World, sent: Transmission, state: Array, amplitude: ComplexArray, some: slice
+) -> tuple[Echo, Array]:
+    """Return the echoes found in some trials, and the objects' ideal measurements."""
+    radar, radio = world.scene.scenario.radar, world.scene.scenario.radio
+    law, wave = world.scene.law, waveform_of(radar)
+    arrays, trials = (law.transmitter, law.receiver), world.trials[some]
+    precoder, orthogonal = factor(sent)
+    shape = (precoder.shape[-1], wave.subcarriers, wave.symbols, 2)
+    draws = (world.seed, trials, world.slot)
+    streams = symbols_of(wave, trial_normals(*draws, Use.DATA, shape))
+    if orthogonal:
+        streams = orthogonalised(streams)
+    ideal = measure(
+        state[..., 0], state[..., 1], state[..., 2], world.uav.speed, world.uav.heading,
+        radio.carrier,
+    )  # fmt: skip
+    turned = np.exp(-2j * np.pi * radio.carrier * np.nan_to_num(ideal[..., 1]))
+    beta = np.nan_to_num(reflection_coefficient(law.rcs, state[..., 1])) * amplitude * turned
+    parts = [Scatterers(ideal[..., 0], ideal[..., 1], ideal[..., 2], beta)]
+    parts += _surroundings(world, trials)
+    scatterers = Scatterers(*(np.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
+    signal = echo_signal(scatterers, streams, precoder, wave, arrays)
+    noise = element_noise(radar)
+    size = (law.receiver.n, wave.subcarriers, wave.symbols, 2)
+    signal = signal + noise_of(trial_normals(*draws, Use.NOISE, size), noise)
+    known = receiver_of(arrays, wave, streams, precoder, noise)
+    count = int(world.present.sum()) + SPARE * (len(parts) > 1)
+    processing = Processing(radar.filter, radar.cfar, radar.false_alarm, radar.angle)
+    return find_echoes(signal, known, count, processing), ideal
+
+
+def _surroundings(world: World, trials: range) -> list[Scatterers]:
+    """Return the patches of ground and the UAV's own transmitter as scatterers, if asked for."""
+    radar, scenario = world.scene.scenario.radar, world.scene.scenario
+    if radar.ground_clutter == 0.0 and radar.self_interference == 0.0:
+        return []
+    normals = trial_normals(world.seed, trials, world.slot, Use.SURROUNDINGS, (PATCHES + 1, 2))
+    drawn = (normals[..., 0] + 1j * normals[..., 1]) / np.sqrt(2.0)
+    height = float(world.uav.position[2])
+    along = PATCH * (np.arange(PATCHES) - 0.5 * (PATCHES - 1))
+    angle = np.broadcast_to(np.arctan2(height, along), (len(trials), PATCHES))
+    distance = np.broadcast_to(np.hypot(height, along), (len(trials), PATCHES))
+    seen = measure(
+        angle, distance, np.zeros(1), world.uav.speed, world.uav.heading, scenario.radio.carrier
+    )
+    ground = drawn[:, :PATCHES] * np.sqrt(radar.ground_clutter * PATCH) / distance**2
+    own = drawn[:, PATCHES:] * np.sqrt(
+        radar.self_interference * element_noise(radar) / scenario.radio.power
+    )
+    still = np.zeros((len(trials), 1))
+    return [
+        Scatterers(seen[..., 0], seen[..., 1], seen[..., 2], ground),
+        Scatterers(np.full((len(trials), 1), 0.5 * np.pi), still, still, own),
+    ]
+
+
+def _labelled(
+    world: World, sent: Transmission, found: Echo, truth: Array, processed: BoolArray
+) -> tuple[Array, Array]:
+    """Return each object's echo and its stated variance: nearest pairs first, within a cell."""
+    law, wave = world.scene.law, waveform_of(world.scene.scenario.radar)
+    u = law.receiver.frequency(truth[..., 0])
+    off = np.stack(
+        [
+            (found.delay[:, None] - truth[..., None, 1]) * wave.bandwidth,
+            (found.doppler[:, None] - truth[..., None, 2]) * wave.duration,
+            (law.receiver.frequency(found.angle)[:, None] - u[..., None])
+            * law.receiver.n * law.receiver.spacing,
+        ]
+    )  # fmt: skip
+    inside = (np.abs(off) <= GATE).all(axis=0) & processed[..., None] & found.valid[:, None]
+    cost = np.where(inside, np.sum(off**2, axis=0), np.inf)  # (T, K, D)
+    value = np.full(truth.shape, np.nan)
+    snr = np.zeros(truth.shape[:-1])
+    rows = np.arange(len(cost))
+    for _ in range(min(cost.shape[1:])):
+        flat = cost.reshape(len(cost), -1)
+        k, d = np.unravel_index(np.argmin(flat, axis=-1), cost.shape[1:])
+        taken = np.isfinite(flat.min(axis=-1))
+        angle = mirrored(law.receiver, found.angle[rows, d], truth[rows, k, 0])
+        measured = np.stack([angle, found.delay[rows, d], found.doppler[rows, d]], axis=-1)
+        value[rows[taken], k[taken]] = measured[taken]
+        snr[rows[taken], k[taken]] = found.snr[rows[taken], d[taken]]
+        cost[rows, k, :] = np.inf
+        cost[rows, :, d] = np.inf
+    bound = measurement_variance(
+        sent, np.where(np.isfinite(value[..., 0]), value[..., 0], 0.0), snr / law.receiver.n,
+        law.transmitter, law.receiver, crb="exact",
+        bandwidth=float(wave.effective_bandwidth), pulse_length=float(wave.effective_duration),
+    )  # fmt: skip
+    variance = effective_variance(bound, snr)
+    value = np.where(np.isfinite(variance), value, np.nan)
+    return value, np.where(np.isfinite(value), variance, np.inf)
