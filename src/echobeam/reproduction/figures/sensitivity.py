@@ -1,4 +1,4 @@
-"""How the claims hang on what the paper does not give: the map of them all, two of them drawn."""
+"""Sensitivity of the claims to values that the paper does not give: the map, and two drawn."""
 
 from __future__ import annotations
 
