@@ -78,7 +78,7 @@ def _number(value: float) -> float | None:
 
 def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[Entry] = ()) -> str:
     """Return the page: the table of findings, the sensitivity map, all readings and rules."""
-    hangs = "; the sensitivity map shows the effect of other values" if sensitivity else ""
+    effect = "; the sensitivity map shows the effect of other values" if sensitivity else ""
     counts = [sum(one.verdict == verdict for one in findings) for verdict in VERDICTS]
     said = ", ".join(f"{count} {verdict}" for count, verdict in zip(counts, VERDICTS, strict=True))
     lines = [
@@ -94,7 +94,7 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
         "the definition of the schemes.",
         "",
         f"Calibrated: {CALIBRATED}. Agreement supports this reading of the "
-        f"paper, but is not an independent confirmation{hangs}.",
+        f"paper, but is not an independent confirmation{effect}.",
         "",
         "| Figure | Claim | Paper | Ours | Verdict |",
         "|---|---|---|---|---|",

@@ -160,7 +160,7 @@ class Variation:
     overrides
         Dotted keys with their changed values.
     power
-        P_T as a multiple of the setup's; a floor keeps its proportion to it.
+        P_T as a multiple of the setup's; a rate floor is scaled in proportion.
     stands_in
         Replacements of schemes, by name of the replaced scheme.
     floored

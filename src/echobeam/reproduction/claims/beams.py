@@ -16,7 +16,7 @@ from echobeam.reproduction.setups import ANTENNAS_FOR_TWO, CALIBRATED, multi
 
 NEAR, FAR = 0, 1
 FIRST, LAST = 2, 10
-SETTLED = range(3, LAST + 1)
+LATER_SLOTS = range(3, LAST + 1)
 
 
 def narrowing(results: Results) -> Measured:
@@ -34,8 +34,8 @@ def narrowing(results: Results) -> Measured:
 def far_wider(results: Results) -> Measured:
     """Measure the excess width of the far object's beam, in degrees and against matched beams."""
     outcome = _multi(results)
-    widths = [half_power_angles(gains(outcome, slot)) for slot in SETTLED]
-    matched = [matched_angles(outcome, slot) for slot in SETTLED]
+    widths = [half_power_angles(gains(outcome, slot)) for slot in LATER_SLOTS]
+    matched = [matched_angles(outcome, slot) for slot in LATER_SLOTS]
     width = np.mean(widths, axis=0)
     broader = np.mean([w / m for w, m in zip(widths, matched, strict=True)], axis=0)
     return Measured(
@@ -50,7 +50,7 @@ def far_wider(results: Results) -> Measured:
 def far_less_power(results: Results) -> Measured:
     """Measure the excess power of the near object's beam over the far one's, % of P_T."""
     outcome = _multi(results)
-    power = np.mean([powers(outcome, slot) for slot in SETTLED], axis=0)
+    power = np.mean([powers(outcome, slot) for slot in LATER_SLOTS], axis=0)
     share = 100 * (power[:, NEAR] - power[:, FAR]) / outcome.scenario.radio.power
     return Measured({"power": mean(share)}, "% of P_T")
 
@@ -58,7 +58,7 @@ def far_less_power(results: Results) -> Measured:
 def floor_kept(results: Results) -> Measured:
     """Measure the far object's mean rate and its 5 % quantile as shares of the floor."""
     outcome = _multi(results)
-    rate = outcome.of("rate", "temporal")[:, SETTLED.start - 1 :, FAR]
+    rate = outcome.of("rate", "temporal")[:, LATER_SLOTS.start - 1 :, FAR]
     # a share of a zero floor is undefined
     share = 100 * rate.mean(axis=-1) / (outcome.scenario.coverage.min_rate or np.nan)
     return Measured(

@@ -15,7 +15,7 @@ from echobeam.reproduction.rules import all_above, first_above
 from echobeam.reproduction.setups import BRAKING, CALIBRATED, long, manoeuvre
 from echobeam.values import BoolArray
 
-SETTLED = 2
+FIRST_SLOTS = 2
 """Number of slots of a frame, omni slot included, before a drop of the rate is counted."""
 
 
@@ -71,7 +71,7 @@ def _drops(outcome: Outcome, scheme: str) -> BoolArray:
     """Return ``(trial,)``: whether the rate of a directional slot is below half of the frame's."""
     frame = outcome.scenario.frame.slots_per_frame
     rate = outcome.sum_rate(scheme)
-    frames = rate.reshape(len(rate), -1, frame)[:, :, SETTLED:]
+    frames = rate.reshape(len(rate), -1, frame)[:, :, FIRST_SLOTS:]
     best = np.maximum.accumulate(frames, axis=-1)
     return np.asarray((frames < 0.5 * best).any(axis=(-2, -1)))
 
@@ -150,7 +150,7 @@ CLAIMS = (
         "more stable",
         f"objects of t6 that brake and accelerate at {BRAKING:g} m/s^2: share of trials in which "
         "the sum rate falls below half of its earlier value in the same frame (from its slot "
-        f"{SETTLED + 1} on), the pilot scheme's minus the proposed one's",
+        f"{FIRST_SLOTS + 1} on), the pilot scheme's minus the proposed one's",
         stability,
         first_above(0.0),
     ),
