@@ -1,4 +1,4 @@
-"""`echobeam plot`."""
+"""Command `echobeam plot`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ KINDS = (
     "kinds",
     multiple=True,
     type=click.Choice(KINDS),
-    help="Which picture; repeatable. Default: all that the result has.",
+    help="Kind of picture; repeatable. Default: all that the result has.",
 )
 @click.option(
     "--scheme",
@@ -89,12 +89,12 @@ def command(
 
 
 def read_slots(text: str | None) -> tuple[int, ...]:
-    """Return the slots of a list such as ``2,4,10-12``.
+    """Return the slot numbers of a list such as ``2,4,10-12``.
 
     Raises
     ------
     InputError
-        If it is none.
+        If the text is not such a list.
     """
     found: list[int] = []
     for part in (text or "").split(",") if text is not None else ():

@@ -1,4 +1,4 @@
-"""Pictures of results: what `echobeam plot` does."""
+"""Pictures of results: the command `echobeam plot`."""
 
 from __future__ import annotations
 
@@ -52,23 +52,23 @@ def plot(
     slots
         Slots of the patterns, and the range of the other pictures, counted from 1.
     x, quantity
-        Of a sweep: the key along the axis and the quantity over it, such as ``"outage"``.
+        For a sweep: the key on the x axis and the quantity on the y axis, such as ``"outage"``.
     title
         Title instead of the scenario's name.
     captions
         Whether title and setting are written into the picture.
     out
-        A file to write too: ``.png``, ``.pdf``, ``.svg``, or its numbers as ``.csv``, ``.json``.
+        File to write: ``.png``, ``.pdf``, ``.svg``, or its numbers as ``.csv``, ``.json``.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Outside pyplot: a notebook shows it, ``savefig`` writes it, nothing has to be closed.
+        Independent of pyplot: a notebook shows it, ``savefig`` writes it, no need to close it.
 
     Raises
     ------
     InputError
-        If the result does not hold what is asked for.
+        If the result lacks the requested quantity.
     """
     from echobeam.plots.drawing import draw
 
@@ -92,7 +92,7 @@ def plot(
 def _opened(
     result: xr.Dataset | str | PathLike[str],
 ) -> AbstractContextManager[xr.Dataset]:
-    """Return a result that is open as it is, or opened from its file and closed afterwards."""
+    """Return an open result unchanged, or one opened from its file and closed afterwards."""
     if isinstance(result, str | PathLike):
         return closing(open_any(fspath(result)))
     return nullcontext(result)
@@ -113,7 +113,7 @@ def record_pictures(
 
 
 def _whole(number: SupportsIndex, name: str) -> int:
-    """Return a number as Python's whole number."""
+    """Return a whole number as an int."""
     found = whole(number)
     if found is None:
         raise PlotError(f"{name}: {number!r} is not accepted; expected a whole number")

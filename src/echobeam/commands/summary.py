@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from echobeam.values import Array
 
 Row = tuple[float, float, float]
-"""Value, and the ends of its 95 % interval; NaN where it has none."""
+"""Value and the ends of its 95 % interval; NaN without an interval."""
 
 OVER_SLOTS = tuple(name for name in PER_SLOT if name not in ("rate_mean", "rate_over_genie"))
-"""Per-slot quantities that the table shows as their mean over slots; of the other two it has that
-of the whole run."""
+"""Per-slot quantities that the table shows as means over slots; the other two are given for the
+whole run."""
 
 
 def summary(result: xr.Dataset | str | PathLike[str]) -> pd.DataFrame:
@@ -44,20 +44,19 @@ def summary(result: xr.Dataset | str | PathLike[str]) -> pd.DataFrame:
     Parameters
     ----------
     result
-        What `simulate`, `run` or `sweep` returned, or the path of a result file.
+        Dataset returned by `simulate`, `run` or `sweep`, or the path of a result file.
 
     Returns
     -------
     pandas.DataFrame
-        A row for each scheme and quantity, of a sweep for each point too, with the columns
-        ``value``, ``low`` and ``high`` (95 % interval; NaN where there is none) and ``unit``. Of a
-        quantity with a value for each slot, such as ``angle_rmse``, it is the mean over the slots
-        that have one.
+        A row for each scheme and quantity (and point of a sweep), with the columns ``value``,
+        ``low`` and ``high`` (95 % interval; NaN without one) and ``unit``. A per-slot quantity,
+        such as ``angle_rmse``, is averaged over the slots that have a value.
 
     Raises
     ------
     InputError
-        If it is no result, or not a whole one.
+        If it is not a complete result.
     """
     import xarray as xr
 
@@ -68,7 +67,7 @@ def summary(result: xr.Dataset | str | PathLike[str]) -> pd.DataFrame:
 
 
 def _opened(path: Path) -> xr.Dataset:
-    """Open the result of a run or of a sweep; the fault is that of a run."""
+    """Open the result of a run or of a sweep; errors are those of `open_result`."""
     try:
         return open_sweep(path)
     except StoreError:
@@ -129,12 +128,13 @@ def _mean(per_slot: Array) -> float:
 
 
 def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
-    """Return the scenario of a whole result of a run.
+    """Return the scenario of a complete result of a run.
 
     Raises
     ------
     InputError
-        If it is none: statistics need every slot and object, and the scheme and trial axes.
+        If the result is incomplete: statistics need every slot and object, and the scheme and
+        trial axes.
     """
     missing = [name for name in NEEDED if name not in result]
     text = result.attrs.get("scenario")
