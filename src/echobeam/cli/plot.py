@@ -80,10 +80,11 @@ def command(
     echobeam plot paper-multi.nc --kind patterns --scheme pilot --slots 2,10
     echobeam plot ripple.nc --x coverage.ripple --quantity outage --out outage.pdf
     """
-    from echobeam.commands.plot import record_pictures
+    from echobeam.commands.plot import readable, record_pictures
     from echobeam.plots import Choice
 
-    choice = Choice(schemes, trial, read_slots(slots), x, quantity, title)
+    heading = None if title is None else readable(title)
+    choice = Choice(schemes, trial, read_slots(slots), x, quantity, heading)
     for path in record_pictures(result, out, kinds, choice):
         click.echo(path)
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from os import PathLike
-from pathlib import Path
+from os import PathLike, fsdecode
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from echobeam.commands.results import opened
 from echobeam.scenario.checking import checked
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.statistics import NEEDED
@@ -20,9 +20,8 @@ from echobeam.simulation.summary import (
     interval_name,
     summarise,
 )
-from echobeam.store.result import VARY, open_result
+from echobeam.store.result import VARY
 from echobeam.store.writing import StoreError
-from echobeam.sweeps.recorded import open_sweep
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -58,26 +57,20 @@ def summary(result: xr.Dataset | str | PathLike[str]) -> pd.DataFrame:
     InputError
         If it is not a complete result.
     """
-    import xarray as xr
-
-    if isinstance(result, xr.Dataset):
-        return _table(result, "the dataset")
-    with _opened(Path(result)) as dataset:
-        return _table(dataset, str(result))
-
-
-def _opened(path: Path) -> xr.Dataset:
-    """Open the result of a run or of a sweep; errors are those of `open_result`."""
-    try:
-        return open_sweep(path)
-    except StoreError:
-        return open_result(path)
+    label = fsdecode(result) if isinstance(result, str | PathLike) else "the dataset"
+    with opened(result) as dataset:
+        return _table(dataset, label)
 
 
 def _table(dataset: xr.Dataset, label: str) -> pd.DataFrame:
     import pandas as pd
 
     if VARY in dataset.attrs:
+        names = [*SCALARS, *map(interval_name, SCALARS), *OVER_SLOTS]
+        missing = [name for name in names if name not in dataset]
+        if missing:
+            raise StoreError(f"{label}: not a whole sweep: {', '.join(missing)} missing")
+        dataset = dataset.compute()  # xarray cannot index a file in another order of dimensions
         keys = [str(key) for key in dataset["frame_rate_mean"].dims if key != "scheme"]
         rows = dict(_rows_of_sweep(dataset, keys))
     else:
@@ -141,7 +134,10 @@ def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
     if missing or text is None:
         lacks = ", ".join(missing) or "the attribute scenario"
         raise StoreError(f"{label}: not a result of echobeam: {lacks} missing")
-    scenario = checked(Scenario, tomllib.loads(str(text)), label)
+    try:
+        scenario = checked(Scenario, tomllib.loads(str(text)), label)
+    except tomllib.TOMLDecodeError as error:
+        raise StoreError(f"{label}: its attribute scenario is no TOML: {error}") from None
     lost = [dim for dim in ("scheme", "trial", "slot", "object") if dim not in result.dims]
     if lost:
         raise StoreError(

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from echobeam.simulation.blocks import Block, trial_axis
 from echobeam.simulation.dataset import VARIABLES, attributes, coordinates, phases
+from echobeam.simulation.layout import disorder
 from echobeam.simulation.scene import Scene
 from echobeam.store.sink import netcdf_file
 from echobeam.store.writing import StoreError
@@ -207,14 +208,13 @@ def _misfit(result: xr.Dataset) -> str:
     for name, variable in VARIABLES.items():
         if result[name].dims != variable.dims:
             dims, expected = ", ".join(map(str, result[name].dims)), ", ".join(variable.dims)
-            return f"{name} has the dimensions {dims}; expected {expected}"
-    for dim in ("scheme", "trial", "slot"):
-        if result.sizes[dim] == 0:
-            return f"nothing along the dimension {dim}"
+            joined = set(variable.dims) < set(result[name].dims) <= set(wanted)
+            hint = " (xarray.concat with data_vars='minimal' keeps them)" if joined else ""
+            return f"{name} has the dimensions {dims}; expected {expected}{hint}"
     for dim, size in SIZES.items():
         if result.sizes[dim] != size:
             return f"{result.sizes[dim]} along the dimension {dim}; expected {size}"
-    return ""
+    return disorder(result)
 
 
 def _instead_of_sweep(sweep: xr.Dataset, path: Path) -> str:
