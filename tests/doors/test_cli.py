@@ -108,7 +108,7 @@ def test_describe_in_words_and_as_json(tmp_path):
     assert max(map(len, text.splitlines())) <= 105
     near = ("--set", "array.n_tx=256", "--set", 'radio.carrier="28 GHz"')
     text = echobeam("describe", "paper-single", *near).stdout
-    assert "WARNING far field: waves are plane from 2 D^2 / lambda = 348 m on" in text
+    assert "WARNING far field: wavefronts are plane beyond 2 D^2 / lambda = 348 m" in text
     own = ("--set", "schemes.temporal.ripple=1")
     assert "temporal (ripple=1), pilot" in echobeam("describe", "paper-multi", *own).stdout
     document = json.loads(echobeam("describe", "paper-multi", "--json").stdout)
@@ -302,13 +302,13 @@ def test_faults_of_options_are_reported_with_those_of_the_file(tmp_path):
         "run", "bad.toml", "--set", "uav.height=80 kg", "--set", "nonsense", "--scheme", "temproal",
         "--scheme", "omni", "--trials", 0, "--seed", -1, cwd=tmp_path,
     )  # fmt: skip
-    refused(done, "5 things are wrong", "bad.toml: 2 faults", "riple", "uav.height")
+    refused(done, "5 errors in the input", "bad.toml: 2 faults", "riple", "uav.height")
     refused(done, "--set nonsense", "'temproal'", "trials: 0", "seed: -1")
     done = echobeam(
         "sweep", "paper-single", "--vary", "radio.power", "--vary", "array.n_tx=", "--seed", -1,
         cwd=tmp_path,
     )  # fmt: skip
-    refused(done, "3 things are wrong", "--vary radio.power:", "--vary array.n_tx=:", "seed: -1")
+    refused(done, "3 errors in the input", "--vary radio.power:", "--vary array.n_tx=:", "seed: -1")
 
 
 def test_zero_objects_run_as_sensing_only(tmp_path):
@@ -413,7 +413,7 @@ def test_keys_vary_together_on_the_command_line(tmp_path):
         low, high = point["schemes"]["water-filling"]["frame_rate_interval"]
         assert measured(mean, (low, high)) in row
     again = echobeam(*SWEEP, *vary, "--resume", "--out", "t.nc", cwd=tmp_path)
-    assert again.stderr == "t.nc: is complete, nothing was to be done\n"
+    assert again.stderr == "t.nc: already complete, nothing to do\n"
 
 
 @pytest.mark.slow
@@ -438,13 +438,12 @@ def test_full_results_of_a_sweep_are_those_of_runs(tmp_path):
 
 
 @pytest.mark.slow
-def test_plot_says_what_can_be_plotted_of_a_sweep(tmp_path):
+def test_plot_draws_a_sweep_and_each_of_its_points(tmp_path):
     vary = ("--vary", "array.n_tx=8,16", "--quiet")
-    echobeam(*SWEEP, *vary, "--out", "s.nc", cwd=tmp_path)
-    refused(echobeam("plot", "s.nc", cwd=tmp_path), "s.nc: the result of a sweep", "--full")
     echobeam(*SWEEP, *vary, "--full", "--out", "f.nc", cwd=tmp_path)
-    message = "f.nc: the result of a sweep, not of one run; take that of a point, such as "
-    refused(echobeam("plot", "f.nc", cwd=tmp_path), message + "f-points/0001.nc")
+    done = echobeam("plot", "f.nc", "--quantity", "outage", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "f.png\n")
+    refused(echobeam("plot", "f.nc", "--kind", "rate", cwd=tmp_path), "no such picture of a sweep")
     done = echobeam("plot", "f-points/0001.nc", "--kind", "rate", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
@@ -459,7 +458,7 @@ def test_resuming_a_finished_sweep_says_so_and_changes_no_byte(tmp_path):
     rates, times, end = first.stdout.partition("decision per trial and slot")
     assert times
     assert (again.returncode, again.stdout) == (0, rates + end[end.rindex("result:") :])
-    assert again.stderr == "s.nc: is complete, nothing was to be done\n"
+    assert again.stderr == "s.nc: already complete, nothing to do\n"
     assert contents(tmp_path) == before
     refused(echobeam(*arguments, "--seed", 1, cwd=tmp_path), "exists already")
     (tmp_path / "s.csv").unlink()
@@ -476,7 +475,7 @@ def test_resuming_a_finished_run_says_so(tmp_path):
     untimed = [line for line in lines if not line.startswith("decision per trial and slot")]
     assert len(untimed) == len(lines) - 1
     assert (again.returncode, again.stdout) == (0, "".join(untimed))
-    assert again.stderr == "r.nc: is complete, nothing was to be done\n"
+    assert again.stderr == "r.nc: already complete, nothing to do\n"
     again = echobeam(*arguments, "--json", "--quiet", cwd=tmp_path)
     assert json.loads(again.stdout)["decision_seconds"] is None
 
@@ -502,7 +501,7 @@ def test_a_sweep_of_a_trace(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([], ["nothing varies"]),
+        ([], ["no key varies"]),
         (["--vary", "radio.power"], ["--vary radio.power", "KEY=V1,V2"]),
         (["--vary", "radio.power=1,1"], ["twice"]),
         (["--vary", "uav.height=80 m,8000 cm"], ["uav.height", "twice", "80 m and as 8000 cm"]),
@@ -512,8 +511,8 @@ def test_a_sweep_of_a_trace(tmp_path):
         (["--vary", "radio.power=1,2", "--out", "no/where/s.nc"], ["no/where", "no directory"]),
         (["--vary", "radio.power=1,2", "--out", "."], ["directory"]),
         (["--vary", "radio.power=1,2", "--csv", "no/s.csv"], ["no/s.csv", "no directory"]),
-        (["--vary", "radio.power=1,2", "--out", "s", "--csv", "./s"], ["s: is the result itself"]),
-        (["--vary", "radio.power=1,2", "--csv", "paper-single-sweep.nc"], ["is the result itself"]),
+        (["--vary", "radio.power=1,2", "--out", "s", "--csv", "./s"], ["s: is the result file"]),
+        (["--vary", "radio.power=1,2", "--csv", "paper-single-sweep.nc"], ["is the result file"]),
         (["--vary", "radio.power=1,2", "--full", "--out", "taken.nc"], ["taken-points"]),
         (["--vary", "radio.power=1,2", "--trace", "nowhere.csv"], ["nowhere.csv"]),
         (["--vary", "radio.power=1,2", "--scheme", "temproal"], ["temproal"]),

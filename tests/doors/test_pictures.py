@@ -14,7 +14,8 @@ from matplotlib.text import Text
 
 import echobeam as eb
 from echobeam.cli.plot import command
-from echobeam.faults import InputError
+from echobeam.commands.plot import readable
+from echobeam.faults import InputError, RunError
 from echobeam.plots import KINDS, PlotError, figures
 from echobeam.plots.drawing import draw
 
@@ -201,8 +202,104 @@ def test_numbers_of_a_chosen_scheme_and_slots_can_be_written_instead(stored, tmp
         (("--trial", "2", "--kind", "patterns"), "no trial 2; it holds 0 to 1"),
         (("--out", "a.gif"), r"cannot write a figure as '\.gif'"),
         (("--kind", "sweep"), "no such picture of a run: sweep"),
+        (("--x", "uav.height"), "--x uav.height: belongs to the picture of a sweep"),
+        (("--quantity", "outage"), "--quantity outage: belongs to the picture of a sweep"),
+        (("--scheme", "pilot", "--scheme", "pilot"), "scheme 'pilot' is asked for twice"),
+        (("--out", "no/a.png"), "no directory no"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(stored, options, message):
     with pytest.raises(InputError, match=message):
         invoke(stored, *options)
+
+
+def test_a_full_disk_is_a_failed_run_that_names_the_file(stored, tmp_path, monkeypatch):
+    def full(data, path, **_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("echobeam.commands.plot.write", full)
+    with pytest.raises(RunError, match=r"a-rate.png: cannot be written: No space left on device"):
+        invoke(stored, "--kind", "rate", "--out", tmp_path / "a.png")
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    out = tmp_path_factory.mktemp("swept") / "s.nc"
+    vary = {"uav.height": [80, 90], "radio.power": [1, 2]}
+    with eb.sweep("paper-single", vary, scheme=["omni", "genie"], trials=2, out=out) as dataset:
+        return dataset.load()
+
+
+@pytest.mark.parametrize(
+    ("named", "message"),
+    [
+        ({"slots": 11, "quantity": "nees"}, "expected one slot of the sweep, from 1 to 10"),
+        ({"slots": [3, 4], "quantity": "nees"}, "--slots 3, 4: expected one slot of the sweep"),
+        ({"slots": 3}, "frame_rate_mean is of the whole run; rate_mean, angle_rmse"),
+        ({"trial": 1}, "--trial 1: belongs to pictures of a run"),
+    ],
+)
+def test_of_a_sweep_what_would_be_passed_over_is_refused(swept, named, message):
+    with pytest.raises(InputError, match=message):
+        eb.plot(swept, **named)
+
+
+@pytest.mark.parametrize(
+    ("cut", "message"),
+    [
+        (lambda whole: whole.isel({"uav.height": 0}), "no dimension uav.height"),
+        (lambda whole: whole.sel(scheme="omni"), "no dimension scheme"),
+        (lambda whole: whole.isel({"radio.power": []}), "nothing along the dimension radio.power"),
+        (lambda whole: whole.drop_vars("uav.height"), "no coordinate uav.height"),
+        (lambda whole: whole.assign_attrs(vary="?"), "does not say what varies"),
+    ],
+)
+def test_a_sweep_that_was_cut_apart_is_refused(swept, cut, message):
+    for read in (eb.plot, eb.summary):
+        with pytest.raises(InputError, match=message):
+            read(cut(swept))
+
+
+def test_the_order_of_a_sweeps_dimensions_does_not_matter(swept, tmp_path):
+    swept.to_netcdf(tmp_path / "s.nc", engine="h5netcdf")
+    with xr.open_dataset(tmp_path / "s.nc", engine="h5netcdf") as stored:
+        turned = eb.summary(stored.transpose())
+    assert turned.unstack().equals(eb.summary(swept).reorder_levels(turned.index.names).unstack())
+
+
+@pytest.mark.parametrize("value", [3, None, b"r.nc", [], xr.DataArray(1.0)], ids=repr)
+def test_what_is_no_result_at_all_is_one_message(value):
+    for read in (eb.plot, eb.summary):
+        with pytest.raises(InputError, match=f"{type(value).__name__} is no result"):
+            read(value)
+
+
+@pytest.mark.parametrize("cut", [{"state": [2, 0, 1]}, {"slot": [3, 2]}, {"scheme": [0, 0]}])
+def test_a_dataset_in_disorder_is_refused_by_all_that_read_it(cut):
+    for read in (eb.plot, eb.summary):
+        with pytest.raises(InputError, match=r"the dataset: not a result of echobeam: "):
+            read(build_result(trials=2).isel(cut))
+
+
+def test_a_scenario_that_is_no_toml_is_one_message():
+    with pytest.raises(InputError, match="its attribute scenario is no TOML"):
+        eb.summary(build_result(trials=2).assign_attrs(scenario="name = 3 = 4"))
+
+
+@pytest.mark.parametrize("slots", [np.array([2, 3]), range(2, 4), iter((2, 3)), [2, 2, 3]])
+def test_slots_of_any_kind_are_slots(slots):
+    panels = eb.plot(build_result(trials=1), "patterns", slots=slots).axes
+    assert [axes.get_title() for axes in panels][:2] == ["slot 2", "slot 3"]
+
+
+@pytest.mark.parametrize("slots", [2.0, "2-5", None, [2.5]])
+def test_slots_that_are_none(slots):
+    with pytest.raises(InputError, match=r"slots: .* is not accepted; expected"):
+        eb.plot(build_result(trials=1), "patterns", slots=slots)
+
+
+def test_a_title_is_letters_whatever_the_locale_and_the_type():
+    assert readable("gr\udcc3\udcbcn") == "gr\u00fcn"
+    for title, shown in ((3, "3"), ("gr\udcc3\udcbcn", "gr\u00fcn")):
+        figure = eb.plot(build_result(trials=1), title=title)
+        assert any(text.get_text().startswith(shown) for text in figure.findobj(Text))

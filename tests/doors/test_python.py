@@ -109,15 +109,15 @@ def test_a_fault_has_the_shells_message(shells, pythons):
 
 
 def test_arguments_that_only_python_has_are_checked():
-    assert "give one of the two" in told(eb.run, "paper-multi", scheme="omni", schemes=["omni"])
+    assert "give only one of them" in told(eb.run, "paper-multi", scheme="omni", schemes=["omni"])
     assert "at least one" in told(eb.run, "paper-multi", schemes=[])
-    assert "simulate takes functions" in told(eb.run, "paper-multi", schemes=[len])
+    assert "simulate also accepts functions" in told(eb.run, "paper-multi", schemes=[len])
     assert "jobs: 0" in told(eb.run, "paper-multi", jobs=0)
     assert "jobs: True" in told(eb.simulate, "paper-multi", jobs=True)
     assert "jobs: 1.5" in told(eb.reproduce, "t1", jobs=1.5)
     assert "uav.height" in told(eb.run, "paper-multi", set={"uav.height": object()})
     assert "list of values" in told(eb.sweep, "paper-multi", {"uav.height": "80 m"})
-    assert "nothing varies" in told(eb.sweep, "paper-multi", {})
+    assert "no key varies" in told(eb.sweep, "paper-multi", {})
     assert "exists already" in told(_twice)
 
 
@@ -393,11 +393,11 @@ def test_a_scheme_that_cannot_travel_says_what_to_do(small_blocks):
         raise AssertionError("never called")
 
     message = told(eb.simulate, "paper-single", [local], 5, jobs=2)
-    assert "scheme 'local' cannot go to other processes" in message
+    assert "scheme 'local' cannot be sent to other processes" in message
     assert "jobs=1" in message
     assert "\n" not in message
     lazy = told(eb.simulate, "paper-single", lambda prior, view: 0, 5, jobs=2)
-    assert "cannot go to other processes" in lazy
+    assert "cannot be sent to other processes" in lazy
 
 
 @pytest.mark.slow

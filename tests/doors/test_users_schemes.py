@@ -76,7 +76,7 @@ def test_a_file_that_is_no_python_is_named_with_its_line_and_status_2(place, com
     ("name", "words"),
     [
         ("leaves", "mine.py, line 11, in leaves: SystemExit: no more (scheme 'leaves'"),
-        ("stops", "interrupted; 0 of 1 blocks are kept"),
+        ("stops", "interrupted; 0 of 1 blocks are stored"),
         ("flat", "scheme 'flat' returned beams of shape (2,) in slot 2; expected"),
     ],
 )

@@ -144,7 +144,9 @@ def test_addresses_that_cannot_be_used_are_one_message(tmp_path, address, words)
 def test_a_workers_address_is_not_the_schedulers(cluster, tmp_path):
     with distributed.Client(cluster.scheduler_address) as client:
         worker = next(iter(client.nthreads()))
-    with pytest.raises(ClusterError, match="a Dask Worker listens there; its usual port"):
+    with pytest.raises(
+        ClusterError, match="a Dask Worker listens there; the scheduler's usual port"
+    ):
         record(recording(tmp_path / "r.nc", workers=Workers(dask=worker)))
 
 
@@ -250,7 +252,7 @@ def test_what_is_lost_in_mid_run_is_one_message_and_resumed(
             monkeypatch.setattr("echobeam.store.cluster.PATIENCE", patience)
             {"scheduler": scheduler, "worker": worker}[lost].send_signal(signal_)
 
-    with pytest.raises(RunError, match=rf"{words}.*; \d+ of \d+ blocks are kept .*--resume"):
+    with pytest.raises(RunError, match=rf"{words}.*; \d+ of \d+ blocks are stored .*--resume"):
         record(recording(out, trials=1500, workers=Workers(dask=address)), progress)
     assert list(tmp_path.glob("r.nc.blocks/*.npz"))
     record(recording(out, trials=1500, resume=True))
@@ -302,7 +304,9 @@ def test_a_worker_of_other_libraries_that_comes_late_costs_no_block(cluster, tmp
         monkeypatch.setattr("echobeam.store.cluster.compute", refuse_some)
 
     monkeypatch.setattr("echobeam.store.cluster._Cluster.check_workers", late)
-    with pytest.raises(ClusterError, match=r"numpy 1\.26.*; \d+ of \d+ blocks are kept .*--resume"):
+    with pytest.raises(
+        ClusterError, match=r"numpy 1\.26.*; \d+ of \d+ blocks are stored .*--resume"
+    ):
         record(recording(out, trials=3000, workers=Workers(dask=cluster.scheduler_address)))
     monkeypatch.undo()
     record(recording(out, trials=3000, resume=True))

@@ -61,7 +61,7 @@ def interrupted(path, after=2, **changes):
         if now > after * 10 * 10:
             raise KeyboardInterrupt
 
-    with pytest.raises(RunError, match="go on with --resume"):
+    with pytest.raises(RunError, match="continue with --resume"):
         record(recording(path, **changes), progress)
     assert not path.exists()
     assert len(list(BlockFiles.beside(path).directory.glob("*.npz"))) == after
@@ -92,11 +92,11 @@ def test_what_a_run_did_not_make_is_left_alone(tmp_path):
     directory.mkdir()
     (directory / "notes.txt").write_text("mine")
     for force in (False, True):
-        with pytest.raises(StoreError, match="not made by one"):
+        with pytest.raises(StoreError, match="not a directory of a run's blocks"):
             record(recording(tmp_path / "r.nc", force=force))
     assert (directory / "notes.txt").read_text() == "mine"
     (tmp_path / "f.nc.blocks").write_text("a file")
-    with pytest.raises(StoreError, match="not made by one"):
+    with pytest.raises(StoreError, match="not a directory of a run's blocks"):
         record(recording(tmp_path / "f.nc"))
 
 
@@ -150,7 +150,7 @@ def test_a_scheme_that_is_edited_while_it_runs_ends_the_run(tmp_path):
         if now > 10 * 10:
             code.write_text(MINE.replace("zeros", "ones"))
 
-    with pytest.raises(RunError, match=r"mine\.py: is gone, or not the file that the run began"):
+    with pytest.raises(RunError, match=r"mine\.py: is missing, or changed since the run started"):
         record(recording(out, **changes), edit)
     with pytest.raises(StoreError, match="inputs differ"):
         record(recording(out, resume=True, **changes))
@@ -171,7 +171,7 @@ def test_blocks_of_another_run_are_refused_and_kept(tmp_path, monkeypatch):
     for different, changes in others.items():
         with pytest.raises(StoreError, match=rf"belong to another run \({different} differ\)"):
             record(recording(path, resume=True, **changes))
-    with pytest.raises(StoreError, match="--resume, or --force"):
+    with pytest.raises(StoreError, match="--resume, or start again with --force"):
         record(recording(path))
     assert len(list(BlockFiles.beside(path).directory.glob("*.npz"))) == 2
     record(recording(path, force=True))
@@ -206,10 +206,10 @@ def test_blocks_of_other_code_are_refused(tmp_path, begun, words):
     with files.held(Job("run", (), (), (), 0, 1, begun), 1, resume=False, force=False):
         pass
     resumed = Job("run", (), (), (), 0, 1)
-    with pytest.raises(StoreError, match=re.escape(f"begun with {words}")):
+    with pytest.raises(StoreError, match=re.escape(f"started with {words}")):
         files.held(resumed, 1, resume=True, force=False).__enter__()
     (files.directory / "job.json").write_text('{"kind": "run"}')
-    with pytest.raises(StoreError, match="begun with other code"):
+    with pytest.raises(StoreError, match="started with other code"):
         files.held(resumed, 1, resume=True, force=False).__enter__()
 
 
@@ -238,7 +238,7 @@ def test_only_one_process_works_on_the_blocks(tmp_path):
 
     def progress(now, total):
         for further in ({"resume": True}, {"force": True}, {}):
-            with pytest.raises(StoreError, match="another process is at work"):
+            with pytest.raises(StoreError, match="another process works on these blocks"):
                 record(recording(path, **further))
             tried.append(further)
 
@@ -247,7 +247,7 @@ def test_only_one_process_works_on_the_blocks(tmp_path):
 
 
 def test_a_device_is_not_replaced():
-    with pytest.raises(StoreError, match="no file that could be replaced"):
+    with pytest.raises(StoreError, match="not a regular file"):
         record(recording(Path("/dev/null"), force=True))
 
 
@@ -293,7 +293,7 @@ def test_a_disk_that_is_full_is_one_message_and_the_run_goes_on_later(tmp_path, 
     whole, path = tmp_path / "whole.nc", tmp_path / "r.nc"
     record(recording(whole))
     assert whole.stat().st_size > size
-    message = f"too large; {kept} of 4 blocks are kept .*; go on with --resume"
+    message = f"too large; {kept} of 4 blocks are stored .*; continue with --resume"
     with files_of_at_most(size), pytest.raises(RunError, match=message):
         record(recording(path))
     assert not path.exists()

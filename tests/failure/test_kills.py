@@ -184,7 +184,7 @@ def test_an_interruption_is_one_message_and_ends_every_process(tmp_path):
     assert (run.returncode, out) == (1, "")
     assert err.count("\n") == 1
     assert err.startswith("echobeam: interrupted; ")
-    assert "go on with --resume" in err
+    assert "continue with --resume" in err
     wait_for(lambda: all(gone(child) for child in children))
 
 
@@ -232,7 +232,7 @@ def test_two_processes_do_not_work_on_the_same_result(tmp_path):
         second = start([*LONG, "--out", tmp_path / "r.nc", further])
         out, err = second.communicate(timeout=ENDLESS)
         assert (second.returncode, out) == (2, "")
-        assert "another process is at work" in err
+        assert "another process works on these blocks" in err
     assert run.poll() is None
     os.kill(run.pid, signal.SIGKILL)
     run.communicate()

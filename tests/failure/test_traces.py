@@ -227,7 +227,7 @@ def test_vehicle_outside_a_time_step(tmp_path):
 
 @pytest.mark.parametrize("content", ["<routes/>", "<vehicle/>", "<timestep/>", "<html></html>"])
 def test_other_xml(tmp_path, content):
-    assert "is no SUMO FCD export; accepted is <fcd-export>" in message_of(tmp_path, content)
+    assert "is not a SUMO FCD export; accepted is <fcd-export>" in message_of(tmp_path, content)
 
 
 @pytest.mark.parametrize(

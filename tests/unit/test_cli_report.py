@@ -1,4 +1,4 @@
-"""The printed table's last lines: genie, bound and promised coverage, where there are any."""
+"""The printed table's last lines: genie, bound and coverage probability, where known."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_genie_bound_and_coverage_are_said_of_whom_they_are_defined_for(result):
     means = {name: np.nanmean(figures[name].angle_over_bound) for name in (others[0], others[2])}
     (over,) = [v for k, v in lines.items() if k.startswith("angle RMSE over")]
     assert over == ", ".join(f"{name} {mean:.2f}" for name, mean in means.items())
-    inside = lines["true angles in the covered interval (promised 99.73 %)"]
+    inside = lines["true angles in the covered interval (nominal 99.73 %)"]
     assert inside == f"pilot-predict {100 * figures['pilot-predict'].coverage:.4g} %"
 
 

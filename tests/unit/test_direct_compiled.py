@@ -168,9 +168,9 @@ def test_compiling_says_what_it_does_where_it_is_kept_and_is_done_once(tmp_path:
         f"compiling the beam solver, about {compiling.ABOUT} s; it is kept in {tmp_path}"
         in first[0]
     )
-    assert re.fullmatch(rf"beam solver: compiled in \d+ s; kept in {tmp_path}\S+\n", first[1])
+    assert re.fullmatch(rf"beam solver: compiled in \d+ s; stored in {tmp_path}\S+\n", first[1])
     assert "compiling" not in second[0]
-    assert re.fullmatch(rf"beam solver: is compiled already; kept in {tmp_path}\S+\n", second[1])
+    assert re.fullmatch(rf"beam solver: already compiled; stored in {tmp_path}\S+\n", second[1])
 
 
 def test_code_that_cannot_be_kept_is_told_of() -> None:

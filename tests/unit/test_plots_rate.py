@@ -150,7 +150,7 @@ def test_a_result_without_rates_is_refused_by_name():
 
 
 def test_a_result_without_a_scenario_is_refused():
-    with pytest.raises(PlotError, match="does not say its scenario"):
+    with pytest.raises(PlotError, match="does not contain its scenario"):
         figure_of("rate", build_result().assign_attrs(scenario="not = = toml"))
 
 

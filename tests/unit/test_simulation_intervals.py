@@ -99,3 +99,25 @@ def test_one_trial_has_no_intervals():
     figure = summarise(build_result(("temporal",), trials=1), eb.load_scenario("paper-multi"))
     for name, ends in figure["temporal"].intervals.items():
         assert np.isnan(ends).all() or name in ("lost", "outage", "coverage"), name
+
+
+@pytest.mark.parametrize(("hit", "trials"), [(0, 20), (1, 20), (20, 20)])
+def test_a_number_of_fallbacks_has_an_interval_of_possible_numbers(hit, trials):
+    """Of trials that fall back in all their slots or in none, as a binomial share."""
+    result = build_result(("temporal",), trials=trials)
+    slots = result.sizes["slot"]
+    result["fallback"].values[:] = False
+    result["fallback"].values[:, :hit] = True
+    figure = summarise(result, eb.load_scenario("paper-multi"))["temporal"]
+    low, high = figure.intervals["fallbacks"]
+    assert figure.fallbacks == hit * slots
+    assert 0 <= low <= figure.fallbacks <= high <= trials * slots
+    if hit in (0, trials):
+        exact = stats.binomtest(hit, trials).proportion_ci(0.95, method="exact")
+        assert (low, high) == pytest.approx(
+            (exact.low * trials * slots, exact.high * trials * slots)
+        )
+    else:
+        share = np.r_[np.ones(hit), np.zeros(trials - hit)] * slots
+        upper = stats.t.interval(0.95, trials - 1, share.mean(), stats.sem(share))[1]
+        assert high == pytest.approx(upper * trials)

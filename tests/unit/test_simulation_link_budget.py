@@ -185,11 +185,11 @@ LOW = {
         ({"array.spacing": 0.6}, USUAL | {"no grating lobes"}),  # 1 / (1 + sin 60) = 0.536
         ({"coverage.max_halfwidth": "10 deg"}, USUAL | {"cover below the widest"}),  # 10.5
         ({"objects.0.angle": "90 deg"},
-         USUAL | {"array sees changes of the angle", "cover below the widest"}),
+         USUAL | {"array sensitive to the angle", "cover below the widest"}),
         ({"array.n_tx": 1, "array.n_rx": 1},
-         USUAL | {"array sees changes of the angle", "cover below the widest"}),
+         USUAL | {"array sensitive to the angle", "cover below the widest"}),
         ({"radar.rcs": [0, 0]},
-         USUAL | {"array sees changes of the angle", "cover below the widest"}),
+         USUAL | {"array sensitive to the angle", "cover below the widest"}),
     ],
 )  # fmt: skip
 def test_an_assumption_that_does_not_hold_is_a_warning(changes, names):

@@ -169,7 +169,9 @@ def test_coordinates_are_what_the_scenario_reads(key, texts, values, units):
 def test_values_that_the_scenario_reads_alike_are_refused(key, texts):
     axes = (Varied("array.n_tx", ("8", "16")), Varied(key, texts), Varied("trials", ("1", "2")))
     first, last = texts[0], texts[-1]
-    message = f"--vary {key}: a value stands twice, as {first} and as {last}; give each one once"
+    message = (
+        f"--vary {key}: a value is given twice, as {first} and as {last}; give each value once"
+    )
     with pytest.raises(SweepError, match=f"^{re.escape(message)}$"):
         Grid("paper-single", (), axes).points(("omni",), 1, ())
 
@@ -228,7 +230,7 @@ def test_groups_that_are_none():
     pair = ("array.n_tx", "array.n_rx")
     with pytest.raises(SweepError, match=r"n_tx,array\.n_rx: \(8, 16, 3\) is not accepted"):
         together(pair, [("8", "16", "3")])
-    with pytest.raises(SweepError, match="nothing varies"):
+    with pytest.raises(SweepError, match="no key or no value"):
         together((), [])
     with pytest.raises(SweepError, match=r"array\.n_rx has 1 values, array\.n_tx has 2"):
         Varied("array.n_tx", ("1", "2"), (("array.n_rx", ("1",)),))
@@ -246,7 +248,7 @@ def test_groups_that_are_none():
 
 
 def test_grids_that_are_none():
-    with pytest.raises(SweepError, match="nothing varies"):
+    with pytest.raises(SweepError, match="no key varies"):
         Grid("paper-single", (), ()).points((), 1, ())
     with pytest.raises(SweepError, match="twice"):
         Grid("paper-single", (), (AXES[0], AXES[0])).points((), 1, ())

@@ -51,7 +51,7 @@ def test_a_teleport_is_no_motion(tmp_path, write, by, speeds):
     assert found.velocity("a").size == 97
     (note,) = found.notes
     assert "1 jump of 1 vehicle that no vehicle can drive, first of 'a' in line" in note
-    assert "the vehicle is gone meanwhile" in note
+    assert "the vehicle is absent in between" in note
 
 
 def test_a_teleport_is_a_break_also_between_two_slots(tmp_path):

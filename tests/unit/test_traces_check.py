@@ -105,7 +105,7 @@ def test_frames_without_speeds_are_refused(tmp_path):
 def test_feet_without_speeds_are_asked_about(tmp_path):
     rows = with_columns([*drive("a", 30.0), *drive("b", 25.0, y=3.2)], speed="", x=times(3.28084))
     (note,) = read(tmp_path, as_csv(rows)).notes
-    assert "are the positions feet instead of metres?" in note
+    assert "are the positions in feet instead of metres?" in note
 
 
 def test_one_vehicle_among_many_is_named(tmp_path):
@@ -121,7 +121,7 @@ def test_speeds_a_little_off_give_way_to_positions(tmp_path, factor):
     np.testing.assert_allclose(found.velocity("a"), 20.0, rtol=0.002)
     np.testing.assert_allclose(found.velocity("b"), 15.0, rtol=0.002)
     (note,) = found.notes
-    assert "the speeds of 2 vehicles of 2 differ from what the positions say" in note
+    assert "the speeds of 2 vehicles of 2 differ from those of the positions" in note
     assert f"({factor - 1:+.1%})" in note
 
 

@@ -156,7 +156,7 @@ def test_two_roads_that_carry_as_much_are_refused():
         "one": straight(0.1, 0.0, np.linspace(0, 200, 11)),
         "other": straight(0.1, 200.0, np.linspace(0, 200, 11)),
     }
-    with pytest.raises(TraceError, match=r"within 30 m of the one that fits best.*road given"):
+    with pytest.raises(TraceError, match=r"within 30 m of the best-fitting one.*road given"):
         survey_trace(PATH, samples(tracks))
 
 

@@ -1,4 +1,4 @@
-"""`echobeam beam`."""
+"""Command `echobeam beam`."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from echobeam.beamforming.methods import DEFAULT, METHODS
     type=click.Choice(list(METHODS)),
     default=DEFAULT,
     show_default=True,
-    help="How to solve it.",
+    help="Solution method.",
 )
 @click.option(
     "--certify",
     is_flag=True,
-    help="Prove how good the beams are, to a relative gap of 1e-4, or find better ones.",
+    help="Certify the beams to a relative gap of 1e-4, or find better ones.",
 )
 def command(problem: Path, method: str, certify: bool) -> None:
     r"""Design the beams of one slot from PROBLEM, a JSON file ('-' reads stdin).
@@ -43,7 +43,7 @@ def command(problem: Path, method: str, certify: bool) -> None:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise StoreError(f"{problem}: cannot be read: {reason}") from None
-    if method == "reference":  # which takes minutes
+    if method == "reference":  # it runs for minutes
         logging.basicConfig(stream=sys.stderr, format="%(message)s", level=logging.INFO)
     answer = design_beams(read_problem(text, str(problem)), method=method, certify=certify)
     click.echo(json.dumps(answer_document(answer), indent=1, allow_nan=False))

@@ -1,4 +1,4 @@
-"""`echobeam bench`."""
+"""Command `echobeam bench`."""
 
 from __future__ import annotations
 

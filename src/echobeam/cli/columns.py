@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int = 0) -> list[str]:
-    """Return rows of as many cells each as lines.
+    """Return the rows of a table as aligned lines.
 
     Parameters
     ----------
     rows
-        Cells, the heads first.
+        Cells, the headings first; all rows have the same number.
     left
-        Columns that are aligned to the left; the others are to the right.
+        Number of leading columns that are aligned left; the others are aligned right.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [

@@ -1,4 +1,4 @@
-"""`echobeam compile`."""
+"""Command `echobeam compile`."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from echobeam.cli import options
 @click.command("compile")
 @options.quiet
 def command(quiet: bool) -> None:
-    r"""Compile the beam solver now, and say where it is kept.
+    r"""Compile the beam solver now, and print where it is stored.
 
-    Otherwise the first design of beams does, which then takes half a minute longer.
+    Otherwise the first beam design compiles it, and takes half a minute longer.
 
     \b
     echobeam compile
@@ -23,6 +23,6 @@ def command(quiet: bool) -> None:
     with progress_bar("beam solver", quiet=quiet) as progress:
         done = compile_solver(progress)
     if not quiet:
-        what = f"compiled in {done.seconds:.0f} s" if done.fresh else "is compiled already"
-        where = "not kept" if done.folder is None else f"kept in {done.folder}"
+        what = f"compiled in {done.seconds:.0f} s" if done.fresh else "already compiled"
+        where = "not stored" if done.folder is None else f"stored in {done.folder}"
         click.echo(f"beam solver: {what}; {where}")

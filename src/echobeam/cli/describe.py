@@ -1,4 +1,4 @@
-"""`echobeam describe`."""
+"""Command `echobeam describe`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 WIDTH = 100
 MOST_OBJECTS = 20
-"""Objects of which the tables have a row; JSON has all."""
+"""Largest number of rows (objects) in a table; JSON has all objects."""
 
 
 @click.command("describe")
@@ -37,9 +37,9 @@ MOST_OBJECTS = 20
     help="Print all numbers as JSON: SI units, radians, linear powers.",
 )
 def command(scenario: str, overrides: tuple[str, ...], trace: str | None, as_json: bool) -> None:
-    r"""Say what SCENARIO simulates: link budget, first measurements, and what is assumed.
+    r"""Describe SCENARIO: link budget, first measurements, and assumptions.
 
-    Nothing is run. A warning says where an assumption of the model does not hold.
+    Nothing is run. A warning names each assumption of the model that does not hold.
 
     \b
     echobeam describe paper-single
@@ -54,7 +54,7 @@ def command(scenario: str, overrides: tuple[str, ...], trace: str | None, as_jso
 
 
 def _json(description: Description) -> str:
-    """Return the numbers as strict JSON: what is not a number is null."""
+    """Return the numbers as strict JSON; NaN and infinity become null."""
     from echobeam.numerals import as_json
 
     document: dict[str, Any] = {
@@ -78,12 +78,12 @@ def _text(description: Description) -> str:
         lines += ["", f"echo in {place}, dB", *_echoes(shown, scenario)]
         lines += ["", f"standard deviations of a measurement in {place}", *_deviations(shown)]
         if len(objects) > len(shown):
-            lines.append(f"  and {len(objects) - len(shown)} objects more, see --json")
+            lines.append(f"  and {len(objects) - len(shown)} more objects, see --json")
     else:
         lines += ["", "no object in the scene: the UAV senses only"]
     found = description.assumptions
     lines += ["", *(_filled("WARNING ", f"{a.name}: {a.statement}") for a in description.warnings)]
-    lines += [_filled("holds    ", ", ".join(map(_kept, (a for a in found if a.holds))))]
+    lines += [_filled("holds    ", ", ".join(map(_held, (a for a in found if a.holds))))]
     lines += [_filled("taken    ", "; ".join(a.statement for a in found if a.holds is None))]
     return "\n".join(lines)
 
@@ -134,16 +134,17 @@ def _scheme(name: str, scenario: Scenario) -> str:
 def _powers(scale: PowerScale, scenario: Scenario) -> list[str]:
     figure, bandwidth = _db(scale.noise_figure), _scaled(scale.bandwidth, "Hz")
     said = [
-        f"P_T = {scale.power:g} (radio.power, linear): one antenna with all of it gives an SNR of "
+        f"P_T = {scale.power:g} (radio.power, linear): sent by one antenna it gives an SNR of "
         f"{_db(scale.snr_at_1m)} dB at 1 m, P_T alpha0^2 / sigma_C^2",
         f"in free space at {scenario.radio.carrier / 1e9:g} GHz, with thermal noise of {bandwidth}"
         f" at {scale.temperature:g} K and a noise figure of {figure} dB "
-        f"({_dbm(scale.noise_power)}), that is a transmit power of {_watts(scale.transmit_power)};"
+        f"({_dbm(scale.noise_power)}), this is a transmit power of {_watts(scale.transmit_power)};"
         f" 1 W (30 dBm) is radio.power = {scale.watt:.4g}",
-        f"the echo is that of a target of {scale.cross_section:.3g} m^2 "
-        f"({_db(scale.cross_section)} dBsm); integrated over a whole slot, "
-        f"{_db(scale.full_integration)} dB instead of the {_db(scenario.radar.gain)} dB of G_m, "
-        f"{scale.full_cross_section:.3g} m^2 ({_db(scale.full_cross_section)} dBsm) would do",
+        f"the echo has the power of a target of {scale.cross_section:.3g} m^2 "
+        f"({_db(scale.cross_section)} dBsm); with integration over a whole slot, "
+        f"{_db(scale.full_integration)} dB instead of the {_db(scenario.radar.gain)} dB of G_m, a "
+        f"target of {scale.full_cross_section:.3g} m^2 ({_db(scale.full_cross_section)} dBsm) "
+        "gives the same SNR",
     ]
     return [_filled("  ", words) for words in said]
 
@@ -197,13 +198,13 @@ def _phases(objects: Sequence[ObjectBudget]) -> list[tuple[ObjectBudget, str, Ec
 
 
 def _table(columns: dict[str, Callable[[Any], str]], rows: Sequence[Any]) -> list[str]:
-    """Return lines in columns, the first to the left."""
+    """Return a table as indented lines, the first column aligned left."""
     cells = [list(columns), *([cell(row) for cell in columns.values()] for row in rows)]
     return [f"  {line}" for line in aligned(cells, left=1)]
 
 
-def _kept(one: Assumption) -> str:
-    """Return an assumption that holds with its number and the limit of that."""
+def _held(one: Assumption) -> str:
+    """Return the name of an assumption that holds, with its value and limit."""
     if not (math.isfinite(one.value) and math.isfinite(one.limit)):
         return one.name
     return f"{one.name} ({_quantity(one.value, one.unit)}, limit {_quantity(one.limit, one.unit)})"
@@ -222,7 +223,7 @@ def _quantity(value: float, unit: str) -> str:
 
 
 def _filled(head: str, words: str) -> str:
-    """Return words broken into lines, indented beyond their head."""
+    """Return wrapped text, its later lines indented by the length of the heading."""
     indent = " " * max(len(head), 4)
     return textwrap.fill(
         words, WIDTH, initial_indent=head, subsequent_indent=indent, break_on_hyphens=False
@@ -250,7 +251,7 @@ def _degrees(angle: float) -> str:
 
 
 def _scaled(value: float, unit: str) -> str:
-    """Return a number with its unit in steps of a thousand, four digits."""
+    """Return a number to four digits with its unit and an SI prefix."""
     for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "u")):
         if value >= factor * (1.0 - 1e-12):
             return f"{value / factor:.4g} {prefix}{unit}"

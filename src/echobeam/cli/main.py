@@ -1,4 +1,4 @@
-"""The command `echobeam`: its subcommands, and what a fault looks like to a user."""
+"""Command `echobeam`: its subcommands, exit statuses and error messages."""
 
 from __future__ import annotations
 
@@ -20,26 +20,27 @@ from echobeam.version import __version__
 
 COMMANDS = {
     "scenarios": "List the built-in scenarios, or print one as a file to edit.",
-    "describe": "Say what a scenario simulates: link budget and assumptions.",
+    "describe": "Describe a scenario: link budget and assumptions.",
     "schemes": "List the schemes that can be run.",
     "run": "Run a scenario and write a result.",
     "plot": "Draw a result.",
     "sweep": "Run a grid of scenarios.",
     "beam": "Design the beams of one slot from a JSON problem.",
+    "sense": "Check the receiver's estimators against the Cramer-Rao bounds.",
     "bench": "Time the slot decision of every method on the same problems.",
     "reproduce": "Reproduce the paper's figures and judge its claims.",
-    "compile": "Compile the beam solver now, and say where it is kept.",
+    "compile": "Compile the beam solver now, and print where it is stored.",
 }
-"""Every command and what it does; each lives in the module of its name."""
+"""Commands with their help texts; each is in the module of its name."""
 
 WRONG_INPUT, FAILED = 2, 1
 
 
 class LazyGroup(click.Group):
-    """A group that imports a command's module only when the command is used."""
+    """Group of commands that imports a command's module only when it is used."""
 
     def invoke(self, ctx: click.Context) -> object:
-        """Run a command; a fault of a user's code is told with its traceback, if asked for."""
+        """Run a command; print the traceback of an error in a user's code if requested."""
         try:
             return super().invoke(ctx)
         except InputError as error:
@@ -56,7 +57,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         command: click.Command = import_module(f"echobeam.cli.{cmd_name}").command
-        # click's mark for lines to be left as they are, which a raw docstring holds as two letters
+        # click's mark for preformatted lines, two characters in a raw docstring
         command.help = (command.help or "").replace("\\b\n", "\b\n")
         return command
 
@@ -67,7 +68,7 @@ class LazyGroup(click.Group):
 
 
 def _print_version(context: click.Context, option: click.Parameter, asked: bool) -> None:
-    """Print the version, and what else the numbers of a run depend on."""
+    """Print the version and the environment that the numbers of a run depend on."""
     if not asked or context.resilient_parsing:
         return
     from echobeam.simulation.environment import environment
@@ -91,7 +92,7 @@ def cli() -> None:
 
 
 def _tell(otherwise: Callable[..., None], message: Warning | str, *where: Any, **to: Any) -> None:
-    """Print a warning about the input as a message of ours, without its place in the source."""
+    """Print a warning about the input as a plain message, without its place in the source."""
     if isinstance(message, InputWarning):
         click.echo(f"echobeam: {message}", err=True)
     else:
@@ -99,8 +100,8 @@ def _tell(otherwise: Callable[..., None], message: Warning | str, *where: Any, *
 
 
 def main() -> None:
-    """Run the command line; faults become one message and an exit status."""
-    _settle()
+    """Run the command line; an error becomes one message and an exit status."""
+    _prepare_process()
     try:
         cli.main(standalone_mode=False)
     except click.ClickException as error:
@@ -124,21 +125,23 @@ def main() -> None:
         if os.environ.get("ECHOBEAM_DEBUG"):
             raise
         _fail(
-            f"a fault of echobeam itself: {type(error).__name__}: {error}\n"
-            "Please report it; ECHOBEAM_DEBUG=1 shows where it happened.",
+            f"internal error of echobeam: {type(error).__name__}: {error}\n"
+            "Please report it; ECHOBEAM_DEBUG=1 prints the traceback.",
             FAILED,
         )
 
 
-def _settle() -> None:
-    """Make what surrounds this process not matter: threads, a notebook's display, encodings."""
-    # one thread of linear algebra: our matrices are small, and results must not depend on it
+def _prepare_process() -> None:
+    """Make the process independent of its environment: threads, display backend, encodings."""
+    # one thread of linear algebra: the matrices are small, and results must not depend on it
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
-    os.environ["MPLBACKEND"] = "agg"  # pictures go to files; a notebook's may not be installed
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts
+    os.environ["MPLBACKEND"] = "agg"  # a notebook's backend may not be installed
+    logging.getLogger("matplotlib").setLevel(
+        logging.ERROR
+    )  # silences the messages of its font cache
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a terminal of few letters, a file of odd bytes
+        if isinstance(stream, io.TextIOWrapper):  # not every terminal encodes every character
             stream.reconfigure(errors="backslashreplace")
 
 

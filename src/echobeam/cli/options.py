@@ -50,8 +50,8 @@ jobs = click.option(
     help="Processes on this machine.",
 )
 dask = click.option("--dask", metavar="ADDRESS", help="Run on an existing Dask scheduler.")
-resume = click.option("--resume", is_flag=True, help="Go on with what was interrupted.")
-force = click.option("--force", is_flag=True, help="Replace what is there.")
+resume = click.option("--resume", is_flag=True, help="Continue an interrupted run.")
+force = click.option("--force", is_flag=True, help="Replace existing results.")
 quiet = click.option("--quiet", is_flag=True, help="Print no progress and no table.")
 as_json = click.option(
     "--json",
@@ -62,7 +62,7 @@ as_json = click.option(
 
 
 TRACEBACK = "echobeam.traceback"
-"""Key of click's context under which `traceback` is noted."""
+"""Key of click's context that holds the option `traceback`."""
 
 traceback = click.option(
     "--traceback",
@@ -74,7 +74,7 @@ traceback = click.option(
 
 
 def out(default: str) -> Decorator[Any]:
-    """Return the option of the result file; ``default`` says where it is without it."""
+    """Return the option of the result file, with its default path."""
     return click.option(
         "--out",
         type=click.Path(path_type=Path),
@@ -84,7 +84,7 @@ def out(default: str) -> Decorator[Any]:
 
 
 def together(*options: Decorator[Any]) -> Decorator[Any]:
-    """Return options as one decorator; help lists them in this order."""
+    """Return several options as one decorator; help lists them in this order."""
 
     def decorate(function: Any) -> Any:
         for option in reversed(options):
@@ -95,7 +95,7 @@ def together(*options: Decorator[Any]) -> Decorator[Any]:
 
 
 class Wanted(TypedDict):
-    """Options of a command that computes, as click gives them."""
+    """Options shared by `run` and `sweep`, as click gives them."""
 
     schemes: tuple[str, ...]
     trials: int | None
@@ -109,7 +109,7 @@ class Wanted(TypedDict):
 
 
 def request(scenario: str, **wanted: Unpack[Wanted]) -> Request:
-    """Return what is asked for on the command line."""
+    """Return the request that the command line makes."""
     from echobeam.commands.asking import Request
     from echobeam.store.workers import Workers
 
@@ -127,4 +127,4 @@ def request(scenario: str, **wanted: Unpack[Wanted]) -> Request:
 
 
 work = together(jobs, dask, resume, force, quiet)
-"""How the work is done, and how much is said of it."""
+"""Options of the processes, of resuming and overwriting, and of the output."""

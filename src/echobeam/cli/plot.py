@@ -1,4 +1,4 @@
-"""`echobeam plot`."""
+"""Command `echobeam plot`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ KINDS = (
     "kinds",
     multiple=True,
     type=click.Choice(KINDS),
-    help="Which picture; repeatable. Default: all that the result has.",
+    help="Kind of picture; repeatable. Default: all that the result has.",
 )
 @click.option(
     "--scheme",
@@ -80,21 +80,22 @@ def command(
     echobeam plot paper-multi.nc --kind patterns --scheme pilot --slots 2,10
     echobeam plot ripple.nc --x coverage.ripple --quantity outage --out outage.pdf
     """
-    from echobeam.commands.plot import record_pictures
+    from echobeam.commands.plot import readable, record_pictures
     from echobeam.plots import Choice
 
-    choice = Choice(schemes, trial, read_slots(slots), x, quantity, title)
+    heading = None if title is None else readable(title)
+    choice = Choice(schemes, trial, read_slots(slots), x, quantity, heading)
     for path in record_pictures(result, out, kinds, choice):
         click.echo(path)
 
 
 def read_slots(text: str | None) -> tuple[int, ...]:
-    """Return the slots of a list such as ``2,4,10-12``.
+    """Return the slot numbers of a list such as ``2,4,10-12``.
 
     Raises
     ------
     InputError
-        If it is none.
+        If the text is not such a list.
     """
     found: list[int] = []
     for part in (text or "").split(",") if text is not None else ():

@@ -1,4 +1,4 @@
-"""Problem (38) and its answer as JSON: what `echobeam beam` reads and prints."""
+"""Problem (38) and its answer as JSON: input and output of `echobeam beam`."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from echobeam.physics.planar import PlanarArray
 from echobeam.units import parse_quantity
 
 MOST_SHOWN = 60
-"""Characters of a wrong value that a message repeats."""
+"""Largest number of characters of a wrong value in a message."""
 
 
 def _reader(kind: str, unit: float = 1.0) -> BeforeValidator:
-    """Return a reader of quantities in which a bare number counts in a unit, relative to SI."""
+    """Return a reader of quantities; a bare number is in the given unit, relative to SI."""
 
     def read(value: object) -> float:
         try:
@@ -40,9 +40,9 @@ def _each(reader: BeforeValidator) -> BeforeValidator:
 
 
 def _whole(value: object) -> object:
-    """Refuse what pydantic would take for a whole number."""
+    """Refuse values that pydantic would convert to a whole number."""
     if isinstance(value, (bool, str)):
-        raise ValueError("no whole number")
+        raise ValueError("not a whole number")
     return value
 
 
@@ -117,26 +117,26 @@ ACCEPTED = {
     for table in (_Linear, _OnPlanar)
     for key, field in table.model_fields.items()
 }
-"""Every key of a problem document, and what it takes; null leaves an optional one out."""
+"""Keys of a problem document and their accepted values; null omits an optional key."""
 
 
 def read_problem(text: str, source: str = "problem") -> BeamProblem:
-    """Return the problem (38) that a JSON text states.
+    """Return the problem (38) of a JSON text.
 
     Parameters
     ----------
     text
         A JSON object with the keys of `ACCEPTED`: those of `BeamProblem`, angles in degrees.
-        Quantities may have units, as in ``"75 deg"``. The key ``array`` makes it one for a planar
-        array, with direction cosines for angles.
+        Quantities may have units, as in ``"75 deg"``. With the key ``array`` the array is planar
+        and directions are direction cosines instead of angles.
     source
         Name of the file, for messages.
 
     Raises
     ------
     ProblemError
-        If the text is no JSON object, a key is unknown or missing, or a value is not what its key
-        takes; all faults in one message, each with the file, the key and the value.
+        If the text is not a JSON object, a key is unknown or missing, or a value is not accepted;
+        all errors in one message, each with the file, the key and the value.
     """
     document = _parsed(text, source)
     table: type[_Common] = _OnPlanar if document.get("array") is not None else _Linear
@@ -161,7 +161,7 @@ def read_problem(text: str, source: str = "problem") -> BeamProblem:
 
 
 def answer_document(answer: BeamAnswer) -> dict[str, Any]:
-    """Return an answer as a dictionary for JSON; what is infinite or undefined becomes None."""
+    """Return an answer as a dictionary for JSON; NaN and infinity become None."""
     missed = answer.max_violation
     return {
         "beams_re": _lists(answer.beams.real),
@@ -206,7 +206,7 @@ def _parsed(text: str, source: str) -> dict[str, Any]:
 
 
 def _faults(error: ValidationError, document: dict[str, Any], table: type[BaseModel]) -> list[str]:
-    """Return one fault for each key that pydantic found wrong."""
+    """Return one message for each key that pydantic rejects."""
     found: dict[str, str] = {}
     for item in error.errors():
         key = str(item["loc"][0])
@@ -221,7 +221,7 @@ def _faults(error: ValidationError, document: dict[str, Any], table: type[BaseMo
 
 
 def _misfits(document: dict[str, Any], table: type[BaseModel], faulty: set[str]) -> list[str]:
-    """Return which lists do not fit the number of objects that the angles give."""
+    """Return a message for each list whose length differs from the number of angles."""
     angles = "angles" if "angles" in table.model_fields else "angles_deg"
     if angles not in document or angles in faulty:
         return []
@@ -283,7 +283,7 @@ def _number(value: float) -> float | None:
 
 
 def _lists(values: Any) -> Any:
-    """Return nested lists of an array, None for what is not finite."""
+    """Return an array as nested lists, with None for NaN and infinity."""
     if values.ndim > 1:
         return [_lists(row) for row in values]
     return [_number(item) for item in values.tolist()]

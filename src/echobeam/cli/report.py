@@ -1,4 +1,4 @@
-"""The summary of a run, as a table to read and as JSON."""
+"""Summary of a run, as a table and as JSON."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 60
 MOST_DIGITS = 4
-"""Digits after the point of a mean that is not written over a power of ten."""
+"""Largest number of decimals of a mean that is printed without a power of ten."""
 
 DECISION_WORDS = "decision per trial and slot on this machine, ms, mean (99th percentile)"
 
@@ -30,14 +30,14 @@ DECISION_WORDS = "decision per trial and slot on this machine, ms, mean (99th pe
 def json_report(
     result: xr.Dataset, scenario: Scenario, path: Path, decisions: Decisions | None = None
 ) -> str:
-    """Return the summary as strict JSON: what is not a number is null.
+    """Return the summary as strict JSON; NaN and infinity become null.
 
     Parameters
     ----------
     result, scenario, path
-        What was run, and where it is.
+        Result, its scenario, and the path of its file.
     decisions
-        How long the schemes took; None if the result was there already.
+        Decision times of the schemes; None if the result existed already.
     """
     figures = summarise(result, scenario)
     headline = improvement(result)
@@ -59,12 +59,12 @@ def json_report(
 
 
 def seconds(decisions: Decisions) -> dict[str, dict[str, float]]:
-    """Return times of decisions as JSON has them."""
+    """Return the decision times of each scheme as in the JSON output."""
     return {name: {"mean": one.mean, "p99": one.p99} for name, one in decisions.items()}
 
 
 def milliseconds(decisions: Decisions) -> dict[str, str]:
-    """Return mean and 99th percentile of the schemes that decide, as they are printed."""
+    """Return mean and 99th percentile of the decision time as text, for the schemes that decide."""
     return {
         name: f"{1e3 * one.mean:.3g} ({1e3 * one.p99:.3g})"
         for name, one in decisions.items()
@@ -73,12 +73,12 @@ def milliseconds(decisions: Decisions) -> dict[str, str]:
 
 
 def measured(mean: float, interval: tuple[float, float]) -> str:
-    """Return a mean with half its interval, of which two digits are printed.
+    """Return a mean with the half-width of its interval to two digits.
 
-    Small ones are over a power of ten, ``(2.83 ± 0.12)e-05``.
+    Small means are printed with a power of ten, ``(2.83 ± 0.12)e-05``.
     """
     half = (interval[1] - interval[0]) / 2
-    if not math.isfinite(mean) or not half > 1e-9 * abs(mean):  # one trial, or all alike
+    if not math.isfinite(mean) or not half > 1e-9 * abs(mean):  # one trial, or equal trials
         return f"{mean:.4g}"
     digits = 1 - math.floor(math.log10(float(f"{half:.1e}")))  # 0.00999 is printed as 0.010
     power = min(0, math.floor(math.log10(abs(mean)))) if mean and digits > MOST_DIGITS else 0
@@ -90,7 +90,7 @@ def measured(mean: float, interval: tuple[float, float]) -> str:
 def text_report(
     result: xr.Dataset, scenario: Scenario, path: Path, decisions: Decisions | None = None
 ) -> str:
-    """Return the table of mean sum rates with 95 % intervals, and what stands out."""
+    """Return the table of mean sum rates with 95 % intervals, and the notes below it."""
     figures = summarise(result, scenario)
     exponent = _exponent(scenario)
     unit = "bit/s/Hz" if exponent == 0 else f"10^{exponent} bit/s/Hz"
@@ -125,20 +125,20 @@ def text_report(
 
 
 def far_field_warning(result: xr.Dataset, scenario: Scenario) -> str | None:
-    """Return a line if an object of a result is nearer than the arrays' far field begins."""
+    """Return a warning if an object of a result is nearer than the far-field distance."""
     distance, start = result["truth"].sel(state="distance").to_numpy(), far_field(scenario)
     nearest = distance[np.isfinite(distance)].min(initial=np.inf)
     if nearest >= start:
         return None
     return (
         f"warning: the far field of the array begins at {start:.0f} m (2 D^2 / lambda): objects as"
-        f" near as {nearest:.0f} m are simulated with plane waves all the same"
+        f" near as {nearest:.0f} m are simulated with plane waves nevertheless"
     )
 
 
 def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str]:
-    """Return lines on the genie, the bound and the promised coverage, where there are any."""
-    promised = math.erf(scenario.coverage.width / math.sqrt(2))
+    """Return lines on the genie, the bound and the coverage probability, where known."""
+    nominal = math.erf(scenario.coverage.width / math.sqrt(2))
     listed = {
         "mean sum rate over the genie's": {
             name: f"{100 * figure.frame_rate_over_genie:.3g} %"
@@ -150,7 +150,7 @@ def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str
             for name, figure in figures.items()
             if np.isfinite(figure.angle_over_bound).any()
         },
-        f"true angles in the covered interval (promised {100 * promised:.4g} %)": {
+        f"true angles in the covered interval (nominal {100 * nominal:.4g} %)": {
             name: f"{100 * figure.coverage:.4g} %"
             for name, figure in figures.items()
             if math.isfinite(figure.coverage)
@@ -164,10 +164,10 @@ def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str
 
 
 def _exponent(scenario: Scenario) -> int:
-    """Return the power of ten, a multiple of three, in which a scenario's rates are printed.
+    """Return the power of ten, a multiple of three, by which printed rates are scaled.
 
-    It is that of the rate of a matched beam straight down, so that all runs of a scenario have
-    the same, whatever their schemes and trials.
+    It follows from the rate of a matched beam at the distance of the UAV's height, so that it is
+    the same for all runs of a scenario, whatever their schemes and trials.
     """
     radio, height = scenario.radio, scenario.uav.height
     snr = scenario.array.n_tx * radio.power * radio.alpha0**2 / (radio.noise * height**2)
@@ -178,7 +178,7 @@ def _exponent(scenario: Scenario) -> int:
 def _rows(
     result: xr.Dataset, figures: Mapping[str, SchemeSummary], scenario: Scenario, scale: float
 ) -> list[list[str]]:
-    """Return a row per slot, or per frame's mean where slots are too many, and the mean's row."""
+    """Return a row per slot, or per frame if there are many slots, and the row of the mean."""
     n_slots, per_frame = result.sizes["slot"], scenario.frame.slots_per_frame
     rows = []
     if n_slots <= MOST_ROWS:
@@ -210,7 +210,7 @@ def _cell(mean: float, interval: np.ndarray[tuple[int, ...], np.dtype[np.float64
 
 
 def _ruled(rows: list[list[str]]) -> list[str]:
-    """Return rows in columns, with a rule below the heads and one above the last row."""
+    """Return a table with a rule below the headings and one above the last row."""
     lines = aligned(rows)
     rule = "-" * len(lines[0])
     return [lines[0], rule, *lines[1:-1], rule, lines[-1]]

@@ -1,4 +1,4 @@
-"""`echobeam reproduce`."""
+"""Command `echobeam reproduce`."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def command(
     echobeam reproduce t1 t4 --quick
     echobeam reproduce --jobs 2 --out reproduction
 
-    Writes ID.png, ID.csv and ID.json for every figure, claims.json and claims.md. What was run
-    is kept in DIR/blocks, so that --resume goes on after an interruption.
+    Writes ID.png, ID.csv and ID.json for every figure, claims.json and claims.md. Finished
+    blocks of trials are stored in DIR/blocks, so that --resume continues an interrupted run.
     """
     from echobeam.commands.progress import progress_bar
     from echobeam.commands.reproduce import record_figures

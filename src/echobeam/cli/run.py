@@ -1,4 +1,4 @@
-"""`echobeam run`."""
+"""Command `echobeam run`."""
 
 from __future__ import annotations
 
@@ -40,11 +40,13 @@ def command(
     from echobeam.commands.progress import progress_bar
     from echobeam.commands.run import record_run
 
-    with contextlib.redirect_stdout(sys.stderr):  # a user's scheme may print: not our output
+    with contextlib.redirect_stdout(
+        sys.stderr
+    ):  # a user's scheme may print; stdout is for the result
         asked = options.request(scenario, **wanted)
         finished = record_run(asked, out, partial(progress_bar, quiet=quiet))
     if not finished.done.anything and not quiet:
-        click.echo(f"{finished.out}: is complete, nothing was to be done", err=True)
+        click.echo(f"{finished.out}: already complete, nothing to do", err=True)
     if as_json or not quiet:
         click.echo(_report(finished, as_json=as_json, quiet=quiet))
 

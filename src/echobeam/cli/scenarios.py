@@ -1,4 +1,4 @@
-"""`echobeam scenarios`."""
+"""Command `echobeam scenarios`."""
 
 from __future__ import annotations
 

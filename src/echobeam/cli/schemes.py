@@ -1,4 +1,4 @@
-"""`echobeam schemes`."""
+"""Command `echobeam schemes`."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def command() -> None:
         click.echo(f"{name:16} {words}")
         try:
             parameters = [f"{key}={value}" for key, value in defaults(name).items()]
-        except SchemeError as error:  # plugged in, and broken
+        except SchemeError as error:  # a plugin that fails to load
             parameters = [f"cannot be used: {error}"]
         if parameters:
             click.echo(_filled(parameters))
     click.echo(
         "\nParameters of [filter] and [coverage] default to the scenario's; shown are those\n"
-        "of an empty scenario. Parts that can be exchanged by name or by path/to/file.py:name,\n"
-        "as in temporal:tracker=dead-reckoning:"
+        "of an empty scenario. Parts can be replaced by name or by path/to/file.py:name, as in\n"
+        "temporal:tracker=dead-reckoning:"
     )
     for kind in PARTS:
         click.echo(f"\n{kind}")
@@ -41,7 +41,7 @@ def command() -> None:
 
 
 def _filled(parameters: list[str]) -> str:
-    """Return parameters as indented lines that break between them only."""
+    """Return parameters as indented lines, broken only between parameters."""
     whole = ", ".join(text.replace(" ", "\0") for text in parameters)
     lines = textwrap.wrap(whole, WIDTH, break_on_hyphens=False, break_long_words=False)
     return "\n".join(" " * INDENT + line.replace("\0", " ") for line in lines)

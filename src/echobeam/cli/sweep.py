@@ -1,4 +1,4 @@
-"""`echobeam sweep`."""
+"""Command `echobeam sweep`."""
 
 from __future__ import annotations
 
@@ -39,9 +39,11 @@ if TYPE_CHECKING:
     "csv_path",
     type=click.Path(path_type=Path),
     metavar="PATH",
-    help="Write the figures as a tidy CSV too.",
+    help="Also write the quantities as a tidy CSV table.",
 )
-@click.option("--full", is_flag=True, help="Keep every point's full result too, beside --out.")
+@click.option(
+    "--full", is_flag=True, help="Also store the full result of every point, beside --out."
+)
 @options.overrides
 @options.trace
 @options.work
@@ -57,7 +59,7 @@ def command(
     as_json: bool,
     **wanted: Unpack[options.Wanted],
 ) -> None:
-    r"""Run a grid of scenarios from SCENARIO, on the same random numbers at every point.
+    r"""Run SCENARIO over a grid of values, with the same random numbers at every point.
 
     \b
     echobeam sweep paper-single --vary radio.power=0.1,1,10 --vary array.n_tx=16,32,64
@@ -70,12 +72,14 @@ def command(
     from echobeam.sweeps.recorded import open_sweep
 
     bar = partial(progress_bar, quiet=quiet)
-    with contextlib.redirect_stdout(sys.stderr):  # a user's scheme may print: not our output
+    with contextlib.redirect_stdout(
+        sys.stderr
+    ):  # a user's scheme may print; stdout is for the result
         axes = [partial(read_varied, text) for text in varied]
         asked = options.request(scenario, **wanted)
         grid, name, target, done = record_grid(asked, axes, out, csv_path, full=full, bar=bar)
     if not done.anything and not quiet:
-        click.echo(f"{target}: is complete, nothing was to be done", err=True)
+        click.echo(f"{target}: already complete, nothing to do", err=True)
     if quiet and not as_json:
         return
     with open_sweep(target) as dataset:
@@ -88,7 +92,7 @@ def command(
 def _table(dataset: xr.Dataset, path: Path, grid: Grid, done: Done) -> str:
     """Return mean sum rates and times over the grid, a row per point and a column per scheme.
 
-    Points have their values as they were given, "60 deg" and not 1.047198.
+    The values of the keys are printed as given, "60 deg" and not 1.047198.
     """
     import numpy as np
 
@@ -117,7 +121,7 @@ def _table(dataset: xr.Dataset, path: Path, grid: Grid, done: Done) -> str:
 
 
 def _json(dataset: xr.Dataset, name: str, path: Path, grid: Grid, done: Done) -> str:
-    """Return every figure of every point as strict JSON: what is not a number is null."""
+    """Return all quantities of all points as strict JSON; NaN and infinity become null."""
     import numpy as np
 
     from echobeam.cli.report import seconds
@@ -139,7 +143,7 @@ def _json(dataset: xr.Dataset, name: str, path: Path, grid: Grid, done: Done) ->
 
 
 def _along(dataset: xr.Dataset, grid: Grid) -> Iterator[tuple[dict[str, object], xr.Dataset]]:
-    """Yield every point of the grid: the values of its keys and its figures."""
+    """Yield every point of the grid: the values of its keys and its quantities."""
     import numpy as np
 
     dims = [axis.key for axis in grid.axes]

@@ -1,4 +1,4 @@
-"""Requests of a user: what is given to a command, read with all faults at once."""
+"""Requests of a user: the input of a command, with all its errors reported together."""
 
 from __future__ import annotations
 
@@ -27,26 +27,26 @@ Settings = Mapping[str, object] | Sequence[str]
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Request of a user, not read yet.
+    """Request of a user, not validated yet.
 
     Attributes
     ----------
     source
-        What to run.
+        Scenario, name of a built-in one, or path of a scenario file.
     schemes
-        By name or file; none means the scenario's.
+        Names or files; empty for the scenario's schemes.
     trials
-        None means as many as the scenario says.
+        Number of trials; None for the scenario's.
     seed
         Seed of all randomness.
     overrides
         Texts ``KEY=VALUE``.
     trace
-        A file that moves the objects.
+        Path of a trace that gives the objects' motion.
     workers
         Processes on this machine, or a cluster.
     resume, force
-        Go on with what was interrupted; replace what is there.
+        Continue an interrupted run; replace existing results.
     """
 
     source: Source
@@ -60,17 +60,17 @@ class Request:
     force: bool
 
     def read(self, also: Sequence[Callable[[], object]] = ()) -> Asked:
-        """Read the scenario with the schemes and numbers given for it.
+        """Read and validate the scenario, its schemes and the numbers of a run.
 
         Parameters
         ----------
         also
-            Whatever else is to be read; its faults are told with the others.
+            Further inputs to read; their errors are reported with the others.
 
         Raises
         ------
         InputError
-            Tells all that is wrong at once.
+            With all errors of the input in one message.
         """
         faults = Faults()
         for text in self.overrides:
@@ -100,7 +100,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """Scenario, schemes and numbers of a request, all of them known to be usable."""
+    """Validated request: scenario, schemes, number of trials and seed."""
 
     scenario: Scenario
     schemes: tuple[str, ...]
@@ -109,14 +109,14 @@ class Asked:
 
 
 class Faults:
-    """Collects what is wrong, so that a user hears all of it at once."""
+    """Collection of input errors, so that all of them are reported together."""
 
     def __init__(self) -> None:
         self.messages: list[str] = []
         self.details = ""
 
     def of(self, read: Callable[..., Found], *arguments: object) -> Found | None:
-        """Return what a call gives, or keep its fault and return None."""
+        """Return the result of a call, or record its error and return None."""
         try:
             return read(*arguments)
         except InputError as error:
@@ -125,16 +125,16 @@ class Faults:
             return None
 
     def check(self) -> None:
-        """Raise the faults found, if any.
+        """Raise the recorded errors, if any.
 
         Raises
         ------
         InputError
-            The only one as it is, several as a list.
+            A single error unchanged, several as a list.
         """
         if len(self.messages) > 1:
             listed = "\n".join(indent(message, "  ") for message in self.messages)
-            raise InputError(f"{len(self.messages)} things are wrong\n{listed}", self.details)
+            raise InputError(f"{len(self.messages)} errors in the input\n{listed}", self.details)
         if self.messages:
             raise InputError(self.messages[0], self.details)
 
@@ -153,12 +153,12 @@ def request(
     resume: bool,
     force: bool,
 ) -> Request:
-    """Return what Python code asks for, in the form that the command line gives.
+    """Return the request made by Python arguments, in the form of the command line's.
 
     Raises
     ------
     InputError
-        If an argument is of no use.
+        If an argument is not accepted.
     """
     return Request(
         source,
@@ -176,37 +176,37 @@ def request(
 def scheme_names(
     schemes: str | Sequence[str] | None, scheme: str | Sequence[str] | None = None
 ) -> tuple[str, ...]:
-    """Return the names of the schemes asked for, none for the scenario's.
+    """Return the names of the requested schemes; none for the scenario's.
 
     Raises
     ------
     InputError
-        If both words are used, none is named, or a scheme is no text.
+        If both arguments are given, no scheme is named, or a scheme is not a string.
     """
     if schemes is not None and scheme is not None:
-        raise InputError("schemes and scheme are one; give one of the two")
+        raise InputError("schemes and scheme mean the same; give only one of them")
     asked = scheme if schemes is None else schemes
     if asked is None:
         return ()
     names = (asked,) if isinstance(asked, str) or not isinstance(asked, Sequence) else tuple(asked)
     if not names:
-        raise InputError("no scheme is asked for; give at least one")
+        raise InputError("no scheme given; give at least one")
     for name in names:
         if not isinstance(name, str):
             raise InputError(
-                f"scheme {name!r}: expected a name or path/to/file.py:name, which an interrupted "
-                "run and other processes find again; echobeam.simulate takes functions and objects"
+                f"scheme {name!r}: expected a name or path/to/file.py:name, so that resumed runs "
+                "and other processes find it; echobeam.simulate also accepts functions and objects"
             )
     return names
 
 
 def setting_texts(settings: Settings | None) -> tuple[str, ...]:
-    """Return overrides as texts ``KEY=VALUE`` that read back to the same values.
+    """Return overrides as strings ``KEY=VALUE`` that are read back as the same values.
 
     Raises
     ------
     InputError
-        If a value is none that a scenario file could hold.
+        If a scenario file cannot hold a value.
     """
     if settings is None:
         return ()
@@ -222,18 +222,18 @@ def _text(key: str, value: object) -> str:
         return value_text(value)
     except TypeError:
         raise InputError(
-            f"--set {key}: {value!r} is not accepted; expected a text, a number, true, false or a "
-            "list of them"
+            f"--set {key}: {value!r} is not accepted; expected a string, a number, true, false or "
+            "a list of them"
         ) from None
 
 
 def job_count(jobs: SupportsIndex) -> int:
-    """Return a number of processes as Python's whole number.
+    """Return the number of processes as an int.
 
     Raises
     ------
     InputError
-        If it is none.
+        If it is not a positive whole number.
     """
     count = whole(jobs)
     if count is None or count < 1:
@@ -242,12 +242,12 @@ def job_count(jobs: SupportsIndex) -> int:
 
 
 def target(out: str | PathLike[str] | None, default: str) -> Path:
-    """Return where a result goes: as given, or under the default name here."""
+    """Return the path of a result: as given, or the default name in the current directory."""
     return Path(default if out is None else out)
 
 
 def _labelled(label: str, read: Callable[..., Found], *arguments: object) -> Found:
-    """Return what a call gives; its fault says where it stands."""
+    """Return the result of a call; prefix its error with a label."""
     try:
         return read(*arguments)
     except InputError as error:
@@ -257,6 +257,6 @@ def _labelled(label: str, read: Callable[..., Found], *arguments: object) -> Fou
 
 
 def _check_setting(text: str) -> None:
-    """Refuse an override that is none; the others are read with the scenario."""
+    """Refuse an override that is not ``KEY=VALUE``; the others are read with the scenario."""
     if not isinstance(text, str) or "=" not in text:
         raise InputError(f"--set {text}: expected KEY=VALUE, such as uav.height='80 m'")

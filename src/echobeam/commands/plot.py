@@ -1,18 +1,21 @@
-"""Pictures of results: what `echobeam plot` does."""
+"""Pictures of results: the command `echobeam plot`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, closing, nullcontext
-from os import PathLike, fspath
+from collections.abc import Iterable, Iterator, Sequence
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, SupportsIndex
 
 from echobeam.commands.asking import scheme_names
+from echobeam.commands.results import opened
+from echobeam.faults import RunError
 from echobeam.numerals import whole
-from echobeam.plots import SWEEP, Choice, PlotError, figures
+from echobeam.plots import SWEEP, Choice, FigureData, PlotError, figures
 from echobeam.plots.saving import file_format, write
-from echobeam.store.result import VARY, open_any
+from echobeam.plots.sweep import QUANTITY
+from echobeam.simulation.summary import PER_SLOT
+from echobeam.store.result import VARY
 from echobeam.store.writing import check_writable
 
 if TYPE_CHECKING:
@@ -27,7 +30,7 @@ def plot(
     *,
     schemes: str | Sequence[str] | None = None,
     trial: SupportsIndex = 0,
-    slots: SupportsIndex | Sequence[SupportsIndex] = (),
+    slots: SupportsIndex | Iterable[SupportsIndex] = (),
     x: str | None = None,
     quantity: str | None = None,
     title: str | None = None,
@@ -52,50 +55,43 @@ def plot(
     slots
         Slots of the patterns, and the range of the other pictures, counted from 1.
     x, quantity
-        Of a sweep: the key along the axis and the quantity over it, such as ``"outage"``.
+        For a sweep: the key on the x axis and the quantity on the y axis, such as ``"outage"``.
     title
         Title instead of the scenario's name.
     captions
         Whether title and setting are written into the picture.
     out
-        A file to write too: ``.png``, ``.pdf``, ``.svg``, or its numbers as ``.csv``, ``.json``.
+        File to write: ``.png``, ``.pdf``, ``.svg``, or its numbers as ``.csv``, ``.json``.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Outside pyplot: a notebook shows it, ``savefig`` writes it, nothing has to be closed.
+        Independent of pyplot: a notebook shows it, ``savefig`` writes it, no need to close it.
 
     Raises
     ------
     InputError
-        If the result does not hold what is asked for.
+        If the result lacks the requested quantity.
     """
     from echobeam.plots.drawing import draw
 
-    numbers = [slots] if isinstance(slots, SupportsIndex) else list(slots)
     choice = Choice(
         scheme_names(schemes, scheme),
         _whole(trial, "trial"),
-        tuple(_whole(slot, "slots") for slot in numbers),
+        _slots(slots),
         x,
         quantity,
-        title,
+        None if title is None else readable(str(title)),
     )
-    with _opened(result) as dataset:
+    if not isinstance(kind, str | None):
+        raise PlotError(f"kind: {kind!r} is not accepted; expected a text, one picture at a time")
+    with opened(result) as dataset:
+        _check_choice(dataset, choice)
         name = kind or (SWEEP if VARY in dataset.attrs else "rate")
         data = figures(dataset, [name], choice)[name]
     if out is not None:
-        write(data, Path(out), captions=captions)
+        _write(data, Path(out), captions=captions)
     return draw(data, captions=captions)
-
-
-def _opened(
-    result: xr.Dataset | str | PathLike[str],
-) -> AbstractContextManager[xr.Dataset]:
-    """Return a result that is open as it is, or opened from its file and closed afterwards."""
-    if isinstance(result, str | PathLike):
-        return closing(open_any(fspath(result)))
-    return nullcontext(result)
 
 
 def record_pictures(
@@ -103,17 +99,76 @@ def record_pictures(
 ) -> Iterator[Path]:
     """Write pictures of a result file beside it or ``out``, and yield their paths."""
     suffix = file_format((out.suffix if out else "") or ".png")
-    with open_any(result) as dataset:
+    with opened(result) as dataset:
+        _check_choice(dataset, choice)
         target = out or result
         for kind, data in figures(dataset, kinds, choice).items():
             name = target.stem if kind == SWEEP else f"{target.stem}-{kind}"
-            path = target.parent / f"{name}.{suffix}"
-            check_writable(path, force=True)
-            yield write(data, path)
+            yield _write(data, target.parent / f"{name}.{suffix}", captions=True)
+
+
+def readable(text: str) -> str:
+    """Return a text of the command line as letters, also where the locale knows none of them."""
+    return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
+def _write(data: FigureData, path: Path, *, captions: bool) -> Path:
+    """Write a figure; a fault names the file."""
+    file_format(path.suffix)
+    check_writable(path, force=True)
+    try:
+        return write(data, path, captions=captions)
+    except OSError as error:
+        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _check_choice(dataset: xr.Dataset, choice: Choice) -> None:
+    """Refuse a choice that the picture of this result would pass over.
+
+    Raises
+    ------
+    PlotError
+        Names what was chosen and where it belongs.
+    """
+    twice = next((name for name in choice.schemes if choice.schemes.count(name) > 1), None)
+    if twice is not None:
+        raise PlotError(f"scheme {twice!r} is asked for twice; give each one once")
+    if VARY not in dataset.attrs:
+        for word, given in (("x", choice.x), ("quantity", choice.quantity)):
+            if given is not None:
+                raise PlotError(
+                    f"--{word} {given}: belongs to the picture of a sweep, not of a run"
+                )
+        return
+    if choice.trial:
+        raise PlotError(f"--trial {choice.trial}: belongs to pictures of a run, not of a sweep")
+    name = choice.quantity or QUANTITY
+    if not choice.slots or name not in dataset:
+        return
+    if "slot" not in dataset[name].dims:
+        raise PlotError(f"--slots: {name} is of the whole run; {', '.join(PER_SLOT)} have slots")
+    numbers = dataset["slot"].values.tolist()
+    if len(choice.slots) > 1 or choice.slots[0] not in numbers:
+        raise PlotError(
+            f"--slots {', '.join(map(str, choice.slots))}: expected one slot of the sweep, "
+            f"from {numbers[0]} to {numbers[-1]}"
+        )
+
+
+def _slots(slots: SupportsIndex | Iterable[SupportsIndex]) -> tuple[int, ...]:
+    """Return the numbers of slots, of one or of several of any kind."""
+    one = whole(slots)
+    if one is not None:
+        return (one,)
+    if isinstance(slots, str) or not isinstance(slots, Iterable):
+        raise PlotError(
+            f"slots: {slots!r} is not accepted; expected whole numbers, such as [2, 4, 10]"
+        )
+    return tuple(dict.fromkeys(_whole(slot, "slots") for slot in slots))
 
 
 def _whole(number: SupportsIndex, name: str) -> int:
-    """Return a number as Python's whole number."""
+    """Return a whole number as an int."""
     found = whole(number)
     if found is None:
         raise PlotError(f"{name}: {number!r} is not accepted; expected a whole number")

@@ -12,23 +12,23 @@ if TYPE_CHECKING:
     from echobeam.store.work import Progress
 
 Bar = Callable[[str], AbstractContextManager["Progress"]]
-"""Progress under a label that is known only when the input has been read."""
+"""Progress display with a label that is known only after the input is read."""
 
 BETWEEN_LINES = 15.0
-"""Seconds between the lines of a log: a few for work of minutes."""
+"""Time between the lines of a log, s: a few lines per minute of work."""
 
 BETWEEN_UPDATES = 0.2
-"""Seconds between two updates of a notebook's line."""
+"""Time between updates of a notebook's line, s."""
 
 SHORT = 1.0
-"""Seconds of work that need no bar where a program, not a person at a shell, asked for it."""
+"""Duration of work called from Python that shows no progress, s."""
 
 
 @contextmanager
 def progress_bar(label: str, *, quiet: bool) -> Iterator[Progress]:
-    """Give a function that shows on stderr how much of a total is done; a silent one if ``quiet``.
+    """Yield a function that shows progress on stderr; a silent one if ``quiet``.
 
-    Without a terminal it prints a line now and then, and one at the end.
+    Without a terminal it prints a line every `BETWEEN_LINES`, and one at the end.
     """
     if quiet or sys.stderr is None:
         yield _silent
@@ -43,7 +43,7 @@ def progress_bar(label: str, *, quiet: bool) -> Iterator[Progress]:
 
 @contextmanager
 def interactive_bar(label: str, *, quiet: bool) -> Iterator[Progress]:
-    """Give a function that shows progress in a terminal or notebook, and nowhere else.
+    """Yield a function that shows progress in a terminal or notebook, and nowhere else.
 
     Work that takes less than `SHORT` shows none.
     """
@@ -72,7 +72,7 @@ def _terminal() -> bool:
 
 @contextmanager
 def _rich_bar(label: str, wait: float) -> Iterator[Progress]:
-    """Give a bar with the time left, not shown before ``wait`` seconds of work."""
+    """Yield a progress bar with the remaining time, shown after ``wait`` seconds of work."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -98,20 +98,20 @@ def _rich_bar(label: str, wait: float) -> Iterator[Progress]:
 
     def show(done: int, total: int) -> None:
         if monotonic() - begun >= wait:
-            bar.start()  # not before there is something to show: wrong input gets its message alone
+            bar.start()  # only once work has begun: wrong input gets its message alone
         bar.update(task, completed=done, total=total)
 
     try:
         yield show
     finally:
-        if bar.live.is_started:  # stopping what never began would print an empty line
+        if bar.live.is_started:  # stopping a bar that never started would print an empty line
             bar.stop()
 
 
 def _notebook_line() -> Callable[[str], None] | None:
-    """Return what shows a line in place in a notebook; None outside of one.
+    """Return a function that updates a line in a notebook; None outside of one.
 
-    rich would need ipywidgets there, and warns without them; a notebook's own display does not.
+    rich would need ipywidgets in a notebook, and warns without them.
     """
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if not hasattr(shell, "kernel"):
@@ -132,7 +132,7 @@ def _notebook_line() -> Callable[[str], None] | None:
 
 
 class _Line:
-    """Progress as a line of text, every now and then."""
+    """Progress as a line of text at fixed intervals."""
 
     def __init__(
         self, label: str, every: float, show: Callable[[str], None], wait: float | None = None
@@ -151,7 +151,7 @@ class _Line:
             self.show(self._text(done, total))
 
     def end(self) -> None:
-        """Show where the work ended, if there was any."""
+        """Show the final state, if any work was done."""
         if self.last is not None:
             self.show(self._text(*self.last))
 

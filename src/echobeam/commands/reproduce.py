@@ -1,4 +1,4 @@
-"""Reproduction of the paper's figures and claims: what `echobeam reproduce` does."""
+"""Reproduction of the paper's figures and claims: the command `echobeam reproduce`."""
 
 from __future__ import annotations
 
@@ -38,15 +38,16 @@ def reproduce(
     Parameters
     ----------
     ids
-        Figures, such as ``["t1", "t4"]``; all if left out.
+        Figures, such as ``["t1", "t4"]``; all by default.
     out
         Directory of pictures, data, ``claims.json`` and ``claims.md``.
     trials
-        Trials per point; 200 if left out.
+        Trials per point; 200 by default.
     quick
         A quick look: 20 trials per point.
     formats
-        Of the pictures: some of ``png``, ``pdf`` and ``svg``; the latter two have no captions.
+        Formats of the pictures: some of ``png``, ``pdf`` and ``svg``; the latter two have no
+        captions.
     seed, jobs, dask, resume, force, quiet
         As for `run`.
 
@@ -58,9 +59,9 @@ def reproduce(
     Raises
     ------
     InputError
-        If an id is unknown, or something is in the way.
+        If an id is unknown, or a file exists already.
     RunError
-        If the work could not be finished; what is done is kept for ``resume``.
+        If the run could not be finished; its finished blocks are stored for ``resume``.
     """
     place = Path(out)
     record_figures(
@@ -92,7 +93,7 @@ def record_figures(
     formats: Sequence[str],
     bar: Bar,
 ) -> list[Finding]:
-    """Reproduce figures to their directory; for the command and `reproduce` alike."""
+    """Reproduce figures to their directory, for the command and `reproduce` alike."""
     count, seed = check_count(
         (QUICK_TRIALS if quick else TRIALS) if trials is None else trials, seed
     )

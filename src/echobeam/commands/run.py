@@ -1,4 +1,4 @@
-"""Runs of a scenario to a result file: what `echobeam run` does."""
+"""Runs of a scenario to a result file: the command `echobeam run`."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def run(
         A scenario, a built-in scenario's name, or the path of a scenario file.
     schemes, scheme
         Names, with parameters as in ``temporal:ripple=1``, or ``path/to/file.py:name``; the
-        scenario's if left out.
+        scenario's by default.
     trials
-        Number of trials; the scenario's if left out.
+        Number of trials; the scenario's by default.
     seed
         Same scenario, seed and version give the same numbers, bit for bit.
     out
-        The result file; the scenario's name with ``.nc``, here, if left out.
+        Result file; by default the scenario's name with ``.nc`` in the current directory.
     set
         Overrides of the scenario: ``{"uav.height": "80 m"}``, or texts ``"uav.height=80 m"``.
     trace
@@ -59,23 +59,23 @@ def run(
     dask
         Address of a Dask scheduler to run on instead.
     resume
-        Go on with what was interrupted.
+        Continue an interrupted run.
     force
         Replace an existing result.
     quiet
-        Show no progress, which otherwise is seen in terminals and notebooks.
+        Show no progress; otherwise terminals and notebooks show it.
 
     Returns
     -------
     xarray.Dataset
-        The result, read from its file as it is needed; ``with eb.run(...) as result`` closes it.
+        Result, loaded lazily from its file; ``with eb.run(...) as result`` closes it.
 
     Raises
     ------
     InputError
-        If what was given cannot be used; all faults in one message.
+        If the input is wrong; all errors in one message.
     RunError
-        If the run could not be finished; what is done is kept for ``resume``.
+        If the run could not be finished; its finished blocks are stored for ``resume``.
     """
     asked = request(
         scenario,
@@ -95,7 +95,7 @@ def run(
 
 
 class RunDone(NamedTuple):
-    """A run that is done: what was asked for, where it is, and what there was to do."""
+    """Finished run: its request, the path of its result, and the work done."""
 
     asked: Asked
     out: Path
@@ -103,7 +103,7 @@ class RunDone(NamedTuple):
 
 
 def record_run(wanted: Request, out: Path | None, bar: Bar) -> RunDone:
-    """Run what is requested to its file; for commands and `run` alike."""
+    """Run a request and write its result file, for the command and `run` alike."""
     asked = wanted.read()
     recording = Recording(
         asked.scenario,

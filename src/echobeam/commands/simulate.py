@@ -48,29 +48,29 @@ def simulate(
         A scenario, a built-in scenario's name, or the path of a scenario file.
     schemes
         Names, with parameters as in ``temporal:ripple=1``; ``path/to/file.py:name``; functions
-        ``(prior, view) -> beams`` or whole schemes; those that the scenario names if left out.
+        ``(prior, view) -> beams`` or whole schemes; the scenario's by default.
     trials
-        Number of trials; the scenario's if left out.
+        Number of trials; the scenario's by default.
     seed
         Same scenario, seed and version give the same numbers, bit for bit.
     jobs
-        Processes on this machine; the numbers do not depend on it. A function or an object as a
-        scheme must then come from a module that can be imported.
+        Number of processes on this machine; results do not depend on it. With more than one, a
+        function or object given as a scheme must come from an importable module.
     progress
-        Whether long work shows its progress in a terminal or a notebook; or a function that is
-        called with the trial-slots done so far and in all.
+        Whether long runs show progress in a terminal or notebook; or a function that is called
+        with the trial-slots done and the total.
 
     Returns
     -------
     xarray.Dataset
-        Variables as in the result file, see the documentation's page on results.
+        Variables of the result file, see the documentation's page on results.
 
     Raises
     ------
     ScenarioError, SchemeError, TraceError
         If the scenario, a scheme or a trace cannot be used.
     RunError
-        If worker processes die again and again.
+        If worker processes die repeatedly.
     """
     processes = job_count(jobs)
     scenario = as_scenario(scenario)
@@ -82,7 +82,7 @@ def simulate(
 
 
 def _listed(schemes: object) -> tuple[str | object, ...]:
-    """Return schemes as a tuple: one alone may be given as it is."""
+    """Return schemes as a tuple; a single scheme needs no list."""
     if isinstance(schemes, str) or not isinstance(schemes, Iterable):
         return (schemes,)
     return tuple(schemes)
@@ -96,7 +96,7 @@ def _spread(
     jobs: int,
     show: Progress,
 ) -> xr.Dataset:
-    """Run blocks on processes that leave them in a directory of their own."""
+    """Run blocks in several processes, which write them to a temporary directory."""
     names = [scheme.name for scheme in configure_all(scenario, schemes)]
     count, seed = check_count(scenario.trials if trials is None else trials, seed)
     for scheme, name in zip(schemes, names, strict=True):
@@ -116,25 +116,25 @@ def _shown(progress: bool | Progress, label: str) -> AbstractContextManager[Prog
 
 
 def _check_portable(scheme: str | object, name: str, jobs: int) -> None:
-    """Refuse a scheme that another process could not be given.
+    """Refuse a scheme that cannot be sent to another process.
 
     Raises
     ------
     SchemeError
-        Says what serves instead.
+        With the alternatives in the message.
     """
     if isinstance(scheme, str):
         return
     reason = ""
     try:
         sent = bytes(ForkingPickler.dumps(scheme))
-    except Exception as error:  # a user's object may raise anything
+    except Exception as error:  # pickling a user's object may raise any exception
         reason = f"{type(error).__name__}: {error}"
     else:
         if b"__main__" in sent:
             reason = "it is defined in the script or notebook itself"
     if reason:
         raise SchemeError(
-            f"scheme {name!r} cannot go to other processes ({reason}); define it in a file of its "
-            f"own and import it or give path/to/file.py:name, or run it with jobs=1, not {jobs}"
+            f"scheme {name!r} cannot be sent to other processes ({reason}); define it in a file of "
+            f"its own and import it or give path/to/file.py:name, or run it with jobs=1, not {jobs}"
         )

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from os import PathLike
-from pathlib import Path
+from os import PathLike, fsdecode
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from echobeam.commands.results import opened
 from echobeam.scenario.checking import checked
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.statistics import NEEDED
@@ -20,9 +20,8 @@ from echobeam.simulation.summary import (
     interval_name,
     summarise,
 )
-from echobeam.store.result import VARY, open_result
+from echobeam.store.result import VARY
 from echobeam.store.writing import StoreError
-from echobeam.sweeps.recorded import open_sweep
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,11 +30,11 @@ if TYPE_CHECKING:
     from echobeam.values import Array
 
 Row = tuple[float, float, float]
-"""Value, and the ends of its 95 % interval; NaN where it has none."""
+"""Value and the ends of its 95 % interval; NaN without an interval."""
 
 OVER_SLOTS = tuple(name for name in PER_SLOT if name not in ("rate_mean", "rate_over_genie"))
-"""Per-slot quantities that the table shows as their mean over slots; of the other two it has that
-of the whole run."""
+"""Per-slot quantities that the table shows as means over slots; the other two are given for the
+whole run."""
 
 
 def summary(result: xr.Dataset | str | PathLike[str]) -> pd.DataFrame:
@@ -44,41 +43,34 @@ def summary(result: xr.Dataset | str | PathLike[str]) -> pd.DataFrame:
     Parameters
     ----------
     result
-        What `simulate`, `run` or `sweep` returned, or the path of a result file.
+        Dataset returned by `simulate`, `run` or `sweep`, or the path of a result file.
 
     Returns
     -------
     pandas.DataFrame
-        A row for each scheme and quantity, of a sweep for each point too, with the columns
-        ``value``, ``low`` and ``high`` (95 % interval; NaN where there is none) and ``unit``. Of a
-        quantity with a value for each slot, such as ``angle_rmse``, it is the mean over the slots
-        that have one.
+        A row for each scheme and quantity (and point of a sweep), with the columns ``value``,
+        ``low`` and ``high`` (95 % interval; NaN without one) and ``unit``. A per-slot quantity,
+        such as ``angle_rmse``, is averaged over the slots that have a value.
 
     Raises
     ------
     InputError
-        If it is no result, or not a whole one.
+        If it is not a complete result.
     """
-    import xarray as xr
-
-    if isinstance(result, xr.Dataset):
-        return _table(result, "the dataset")
-    with _opened(Path(result)) as dataset:
-        return _table(dataset, str(result))
-
-
-def _opened(path: Path) -> xr.Dataset:
-    """Open the result of a run or of a sweep; the fault is that of a run."""
-    try:
-        return open_sweep(path)
-    except StoreError:
-        return open_result(path)
+    label = fsdecode(result) if isinstance(result, str | PathLike) else "the dataset"
+    with opened(result) as dataset:
+        return _table(dataset, label)
 
 
 def _table(dataset: xr.Dataset, label: str) -> pd.DataFrame:
     import pandas as pd
 
     if VARY in dataset.attrs:
+        names = [*SCALARS, *map(interval_name, SCALARS), *OVER_SLOTS]
+        missing = [name for name in names if name not in dataset]
+        if missing:
+            raise StoreError(f"{label}: not a whole sweep: {', '.join(missing)} missing")
+        dataset = dataset.compute()  # xarray cannot index a file in another order of dimensions
         keys = [str(key) for key in dataset["frame_rate_mean"].dims if key != "scheme"]
         rows = dict(_rows_of_sweep(dataset, keys))
     else:
@@ -129,19 +121,23 @@ def _mean(per_slot: Array) -> float:
 
 
 def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
-    """Return the scenario of a whole result of a run.
+    """Return the scenario of a complete result of a run.
 
     Raises
     ------
     InputError
-        If it is none: statistics need every slot and object, and the scheme and trial axes.
+        If the result is incomplete: statistics need every slot and object, and the scheme and
+        trial axes.
     """
     missing = [name for name in NEEDED if name not in result]
     text = result.attrs.get("scenario")
     if missing or text is None:
         lacks = ", ".join(missing) or "the attribute scenario"
         raise StoreError(f"{label}: not a result of echobeam: {lacks} missing")
-    scenario = checked(Scenario, tomllib.loads(str(text)), label)
+    try:
+        scenario = checked(Scenario, tomllib.loads(str(text)), label)
+    except tomllib.TOMLDecodeError as error:
+        raise StoreError(f"{label}: its attribute scenario is no TOML: {error}") from None
     lost = [dim for dim in ("scheme", "trial", "slot", "object") if dim not in result.dims]
     if lost:
         raise StoreError(

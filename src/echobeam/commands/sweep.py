@@ -1,4 +1,4 @@
-"""Grids of scenarios to one tidy result: what `echobeam sweep` does."""
+"""Grids of scenarios to one tidy result: the command `echobeam sweep`."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def sweep(
         with one for each, ``{("array.n_tx", "array.n_rx"): [16, (32, 30)]}``. Or texts as on the
         command line, ``["array.n_tx=16,32"]``.
     csv
-        A table of the figures too.
+        Path of a CSV table of the quantities, if wanted.
     full
-        Keep every point's full result too, in a directory beside ``out``.
+        Whether to store the full result of every point too, in a directory beside ``out``.
     schemes, scheme, trials, seed, set, trace, jobs, dask, resume, force, quiet
-        As for `run`, at every point, on the same random numbers.
+        As for `run`, at every point, with the same random numbers.
     out
-        The result file; the scenario's name with ``-sweep.nc``, here, if left out.
+        Result file; by default the scenario's name with ``-sweep.nc`` in the current directory.
 
     Returns
     -------
@@ -78,9 +78,9 @@ def sweep(
     Raises
     ------
     InputError
-        If what was given cannot be used; all faults in one message.
+        If the input is wrong; all errors in one message.
     RunError
-        If the work could not be finished; what is done is kept for ``resume``.
+        If the sweep could not be finished; its finished blocks are stored for ``resume``.
     """
     asked = request(
         scenario,
@@ -101,7 +101,7 @@ def sweep(
 
 
 class SweepDone(NamedTuple):
-    """A sweep that is done: the grid over which scenario, where it is, what there was to do."""
+    """Finished sweep: its grid, the scenario's name, the path of its result, and the work done."""
 
     grid: Grid
     name: str
@@ -118,7 +118,7 @@ def record_grid(
     full: bool,
     bar: Bar,
 ) -> SweepDone:
-    """Run what is requested over a grid to its files; for commands and `sweep` alike."""
+    """Run a request over a grid and write its files, for the command and `sweep` alike."""
     asked = wanted.read(axes)
     name = asked.scenario.name
     grid = Grid(wanted.source, wanted.overrides, tuple(axis() for axis in axes), wanted.trace)
@@ -140,12 +140,12 @@ def record_grid(
 
 
 def axes_of(vary: Vary[Key]) -> list[Callable[[], Varied]]:
-    """Return the axes of a grid, each to be read with all other input.
+    """Return readers of a grid's axes, to be validated together with all other input.
 
     Raises
     ------
     InputError
-        If a key has no list of values, or a value is none that a scenario could hold.
+        If a key has no list of values, or a scenario cannot hold a value.
     """
     if isinstance(vary, str):
         return [partial(read_varied, vary)]
@@ -164,7 +164,7 @@ def _axis(key: Sequence[str], values: object) -> Callable[[], Varied]:
 
 
 def _point(name: str, count: int, value: object) -> tuple[str, ...]:
-    """Return the texts of one point's values, one for each key."""
+    """Return the values of one point as strings, one for each key."""
     value = plain(value)
     if count > 1 and isinstance(value, list | tuple):
         return tuple(_text(name, one) for one in value)
@@ -178,6 +178,6 @@ def _text(name: str, value: object) -> str:
         text = ""
     if not text:
         raise InputError(
-            f"vary {name}: {value!r} is not accepted; expected a text, a number or a list"
+            f"vary {name}: {value!r} is not accepted; expected a string, a number or a list"
         )
     return text

@@ -1,8 +1,8 @@
-"""Pictures of a result: every kind is a function from a result to a record of all numbers in it.
+"""Pictures of a result: each kind is a function from a result to a record of all numbers shown.
 
 Read `record` first: a `FigureData` holds panels of labelled series. `drawing` makes a picture of
-any of them, `saving` a file. A new kind is a function in a file of its own and a line in `KINDS`.
-Nothing here touches pyplot or its global state.
+it, `saving` a file. A new kind is a function in a new file and a line in `KINDS`. The package does
+not use pyplot or its global state.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ KINDS: dict[str, Callable[[Source], FigureData]] = {
     "forecast": forecast,
     "distribution": distribution,
 }
-"""Every kind of picture of a run, and the function that makes its record."""
+"""Kinds of pictures of a run, with the functions that make their records."""
 
 SWEEP = "sweep"
-"""The kind of picture that a sweep has."""
+"""Kind of the picture of a sweep."""
 
 
 def figures(
@@ -51,9 +51,9 @@ def figures(
     result
         A result of a run, or of a sweep.
     kinds
-        Keys of `KINDS`, or ``sweep``; all that there are by default.
+        Keys of `KINDS`, or ``sweep``; all by default.
     choice
-        What is shown.
+        Choice of schemes, trial, slots and quantity.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Consistency of the filters, slot by slot: their errors beside those that they promise."""
+"""Consistency of the filters per slot: their errors against the errors stated by covariances."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _LEAST_SHARE = 98.0
 
 
 def consistency(source: Source) -> FigureData:
-    """Return the errors of the filters beside those that they state, every scheme in its colour.
+    """Return the errors of the filters against their stated errors, one colour per scheme.
 
     - NEES and NIS (per measured component) with the 95 % band of a mean of independent chi-square
-      variables; where schemes have different numbers of them that of the fewest.
+    variables; if the schemes' sample sizes differ, the band of the smallest.
     - The share of true angles inside the interval of (38f), beside that of a Gaussian.
     - RMSE of angle and distance over the posterior Cramer-Rao bound, see `bound_of`.
     - Mean sum rate over the genie's, with the 95 % interval over paired trials.
 
-    What a result does not have is named below the title. Estimates of one frame hang together, so
-    the bands of NEES and of the share stay those of one slot in a long run, by frames.
+    A quantity that the result lacks is named below the title. Estimates within a frame are
+    correlated, so in long runs the bands of NEES and of the share remain those of one slot.
     """
     source.check(*NEEDED)
     if not source.result.sizes["object"]:
@@ -64,7 +64,7 @@ def _panel(
     unit: str = "",
     empty: str = "",
 ) -> Panel:
-    """Return a panel: the curves of the schemes, the expected value and its band."""
+    """Return a panel with a curve per scheme, the expected value and its band."""
     curves = [
         Series(scheme, source.x, value, look=source.looks[scheme])
         for scheme, value in values.items()
@@ -85,7 +85,7 @@ def _panel(
 
 
 def _band_series(source: Source, band: Array) -> Series:
-    """Return the band slot by slot: it changes with the number of samples."""
+    """Return the band per slot: its width depends on the number of samples."""
     step = float(source.pooled)
     edges = np.repeat(source.x, 2) + np.tile([-0.5 * step, 0.5 * step], source.x.size)
     ends = np.repeat(band, 2, axis=0)
@@ -98,7 +98,7 @@ def _sums(source: Source, name: str) -> dict[str, Array]:
 
 
 def _ratios(source: Source, total: str, count: str) -> tuple[dict[str, Array], Array]:
-    """Return every scheme's quotient of two sums, and the fewest that were counted."""
+    """Return each scheme's quotient of two sums, and the smallest sample size."""
     totals, counts = _sums(source, total), _sums(source, count)
     values = {name: quotient(totals[name], counts[name]) for name in source.names}
     stacked = np.stack(list(counts.values()))
@@ -106,7 +106,7 @@ def _ratios(source: Source, total: str, count: str) -> tuple[dict[str, Array], A
 
 
 def _band(fewest: Array, band: Callable[[float], tuple[float, float]]) -> Array:
-    """Return the band ``(n, 2)`` for so many samples at each place."""
+    """Return the band ``(n, 2)`` for the number of samples at each place."""
     known = {samples: band(samples) for samples in np.unique(fewest[np.isfinite(fewest)])}
     return np.array([known.get(samples, (np.nan, np.nan)) for samples in fewest])
 
@@ -128,7 +128,7 @@ def _nis(source: Source) -> Panel:
 
 
 def _cover(source: Source) -> Panel:
-    """Return the shares of true angles inside the covered interval, per cent."""
+    """Return the shares of true angles inside the covered interval, %."""
     from scipy.special import erf
 
     values, fewest = _ratios(source, "inside", "covered")
@@ -157,7 +157,7 @@ def _cover(source: Source) -> Panel:
 
 
 def _over_bound(source: Source, component: str) -> Panel:
-    """Return RMSE over the posterior Cramer-Rao bound, of the objects that have one."""
+    """Return RMSE over the posterior Cramer-Rao bound, for objects with a bound."""
     values = {}
     for name in source.names:
         part = source.parts[name]

@@ -21,9 +21,9 @@ def distribution(source: Source) -> FigureData:
 
     - Rate: a frame's mean sum rate, over trials and frames.
     - Angle error: its size, over trials, slots and objects in the scene. An object without a
-      track has no error, so that the curve ends below one by the share of them.
+    track has no error: the curve then ends below one, by the share of such objects.
     - Outage: share of objects and slots with beams whose rate is at or below a value; the
-      scheme's floor is marked where it has one.
+    scheme's rate floor is marked if it has one.
     """
     source.check("rate", "present", "truth", "estimated", "mode")
     if not source.result.sizes["object"]:
@@ -64,7 +64,7 @@ def distribution(source: Source) -> FigureData:
 def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
     """Return a scheme's rates of frames, angle errors in degrees, and rates of objects.
 
-    A missing estimate is an infinite error.
+    A missing estimate counts as an infinite error.
     """
     one = source.result[["rate", "present", "truth", "estimated", "mode"]].isel(scheme=index)
     one = one.transpose("trial", "slot", "object", "state")
@@ -87,7 +87,7 @@ def _cumulative(name: str, samples: npt.ArrayLike, look: Look) -> Series:
     finite = int(np.isfinite(ordered).sum())
     if not finite:
         return Series(name, np.full(1, np.nan), np.full(1, np.nan), look=look)
-    first = ordered.size // 100  # a logarithmic axis would be mostly that of the smallest
+    first = ordered.size // 100  # a logarithmic axis would mostly show the smallest
     steps = np.unique(np.linspace(first, finite - 1, min(finite, _POINTS)).round().astype(int))
     return Series(name, ordered[steps], (steps + 1) / ordered.size, look=look.plain(), kind="line")
 

@@ -1,4 +1,4 @@
-"""Figures drawn with matplotlib: one style for all, outside pyplot's global state."""
+"""Drawing of figures with matplotlib: one style, without pyplot's global state."""
 
 from __future__ import annotations
 
@@ -60,16 +60,16 @@ _RC: dict[str, Any] = {
     "path.simplify": True,
 }
 
-_MARKERS = 20  # on a line at most
-_LONG, _FINE = 60, 0.9  # lines of more points are drawn finer
+_MARKERS = 20  # largest number on a line
+_LONG, _FINE = 60, 0.9  # points of a long line, and its width
 _LEGEND_COLUMNS = 6
-_USUAL_LEGEND = 0.4  # inches: two rows, for which the figures' heights are made
+_USUAL_LEGEND = 0.4  # inches: two rows, as assumed in the figures' heights
 _LINE_HEIGHT = 0.13  # inches per line of the title
-_CHARACTERS_PER_INCH = 13  # legends and titles were measured to have 15 to 17
+_CHARACTERS_PER_INCH = 13  # legends and titles have 15 to 17 by measurement
 
 
 class Picture(Figure):
-    """Figure that a notebook shows by itself, whether or not pyplot was imported."""
+    """Figure that a notebook displays, whether or not pyplot was imported."""
 
     def _repr_png_(self) -> bytes:
         buffer = io.BytesIO()
@@ -80,7 +80,7 @@ class Picture(Figure):
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draw or save in this style, whatever the user's own matplotlib settings are."""
+    """Draw or save in this style, whatever the user's matplotlib settings."""
     # Typed as Any: newer matplotlib enumerates the keys, older ones take any text.
     settings: Any = {key: mpl.rcParamsDefault[key] for key in mpl.rcParamsDefault}
     settings = {key: value for key, value in settings.items() if "backend" not in key}
@@ -95,14 +95,14 @@ def draw(data: FigureData, *, captions: bool = True) -> Picture:
     Parameters
     ----------
     data
-        What is drawn.
+        Figure to draw.
     captions
-        Whether title, setting and caption are written above, or left to the text around.
+        Whether title, setting and caption are written above the panels.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Outside pyplot: nothing has to be closed.
+        Independent of pyplot: no need to close it.
     """
     lines = _heading(data) if captions else []
     width, height = data.size
@@ -121,7 +121,7 @@ def draw(data: FigureData, *, captions: bool = True) -> Picture:
     looks = _looks(data)
     panels = [(places[str(number)], panel) for number, panel in enumerate(data.panels)]
     drawn = [_draw_panel(axes, panel, looks) for axes, panel in panels]
-    for axes, panel in panels:  # once all data are there, since panels may share their axes
+    for axes, panel in panels:  # after all data are drawn, since panels may share their axes
         _set_axis(axes, panel.x, "x")
         _set_axis(axes, panel.y, "y")
     entries: dict[str, Artist] = {}
@@ -143,7 +143,7 @@ def draw(data: FigureData, *, captions: bool = True) -> Picture:
 
 
 def _entry(text: str, look: Look) -> Artist:
-    """Return an entry of the legend that belongs to no series."""
+    """Return a legend entry that belongs to no series."""
     if look.marker == AREA:
         return Patch(facecolor=look.colour, label=text)
     if look.marker == RING:
@@ -162,13 +162,13 @@ def _heading(data: FigureData) -> list[str]:
 
 
 def _looks(data: FigureData) -> dict[str, Look]:
-    """Return the looks of the series that have none of their own, by name."""
+    """Return the looks of the series that define none, by name."""
     names = [one.name for panel in data.panels for one in panel.series if one.look is None]
     return scheme_looks(list(dict.fromkeys(names)))
 
 
 def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, Look]) -> dict[str, Artist]:
-    """Draw a panel and return the legend's entries by name."""
+    """Draw a panel and return the legend entries by name."""
     axes.set_title(panel.title)
     entries: dict[str, Artist] = {}
     for guide in panel.guides:
@@ -190,7 +190,7 @@ def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, Look]) -> dict[str, A
 
 
 def _draw_series(axes: Axes, one: Series, look: Look, *, log: bool) -> Artist:
-    """Draw one series and return the legend's entry for it."""
+    """Draw one series and return its legend entry."""
     if one.empty:
         return Line2D(
             [], [], color=look.colour, marker=look.marker, linestyle="", alpha=0.5,
@@ -237,7 +237,7 @@ def _draw_points(axes: Axes, one: Series, look: Look) -> Artist:
 
 
 def _draw_arrow(axes: Axes, one: Series, colour: str) -> None:
-    """Point an arrow of fixed size along the end of a line; draw a dot if it does not move."""
+    """Draw an arrow of fixed size along the end of a line, or a dot if the line is a point."""
     path = np.stack([np.asarray(one.x, dtype=float), np.asarray(one.y, dtype=float)], axis=-1)
     path = path[np.isfinite(path).all(axis=1)]
     step = path[-1] - path[max(len(path) - 10, 0)]
@@ -256,7 +256,7 @@ def _draw_arrow(axes: Axes, one: Series, colour: str) -> None:
 
 
 def _draw_guide(axes: Axes, guide: Guide) -> Artist:
-    """Draw a reference line or range and return the legend's entry for it."""
+    """Draw a reference line or range and return its legend entry."""
     look = guide.look
     if guide.to is not None:
         span = axes.axvspan if guide.axis == "x" else axes.axhspan
@@ -309,7 +309,7 @@ def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
 
 
 def _inches_wide(axes: Axes) -> float:
-    """Return about how wide a panel is, from the columns that it spans."""
+    """Return the approximate width of a panel, from the columns that it spans."""
     place = axes.get_subplotspec()
     width = float(axes.figure.bbox.width / axes.figure.dpi)
     if place is None:
@@ -318,7 +318,7 @@ def _inches_wide(axes: Axes) -> float:
 
 
 def _scale_log(axes: Axes, which: str) -> bool:
-    """Give an axis a logarithmic scale if there is anything positive to see."""
+    """Set a logarithmic scale if there is a positive value."""
     least = axes.dataLim.minposx if which == "x" else axes.dataLim.minposy
     if not math.isfinite(least):
         return False
@@ -329,7 +329,7 @@ def _scale_log(axes: Axes, which: str) -> bool:
 
 
 def _tick_log(axes: Axes, which: str) -> None:
-    """Write plain numbers at a logarithmic axis, several of them at a short one."""
+    """Set tick labels of a logarithmic axis as plain numbers, several on a short axis."""
     own = axes.xaxis if which == "x" else axes.yaxis
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
     finer = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0) if high < 12.0 * low else (1.0, 2.0, 5.0)
@@ -340,7 +340,7 @@ def _tick_log(axes: Axes, which: str) -> None:
 
 
 def _scale_power(axes: Axes, axis: Axis, which: str) -> None:
-    """Write the ticks of small or large values in thousandths, thousands, ... and say so."""
+    """Scale the ticks of small or large values by a power of 1000 given in the label."""
     own = axes.xaxis if which == "x" else axes.yaxis
     most = float(np.max(np.abs(axes.get_xlim() if which == "x" else axes.get_ylim())))
     power = 3 * math.floor(math.log10(most) / 3) if most > 0 and math.isfinite(most) else 0
@@ -357,7 +357,7 @@ def _scale_power(axes: Axes, axis: Axis, which: str) -> None:
 
 
 def _label_outer(panels: Sequence[Axes], share: str) -> None:
-    """Leave out the labels that the panels below or to the left have already."""
+    """Omit the labels that the panels below or to the left already have."""
     for axes in panels:
         place = axes.get_subplotspec()
         if place is None:
@@ -374,7 +374,7 @@ def _label_outer(panels: Sequence[Axes], share: str) -> None:
 
 
 def _add_legend(figure: Figure, handles: Sequence[Artist]) -> None:
-    """Put the legend below the axes, where it covers no data, in as few rows as fit.
+    """Add the legend below the axes, in as few rows as possible.
 
     Long labels are wrapped. The figure grows with a legend of many rows, so that the axes keep
     their size.
@@ -395,7 +395,7 @@ def _add_legend(figure: Figure, handles: Sequence[Artist]) -> None:
 
 
 def wrap_name(text: str, most: int) -> str:
-    """Break a name, after commas where possible, into lines of so many characters at most."""
+    """Break a name, after commas where possible, into lines of at most ``most`` characters."""
     lines = [""]
     for piece in re.findall(rf"[^, ]{{1,{most}}}[, ]*|[, ]+", text):
         if lines[-1] and len(lines[-1] + piece.rstrip()) > most:

@@ -1,4 +1,4 @@
-"""Errors of forecasts against their horizon, beside those that the covariances promise."""
+"""Errors of forecasts over their horizon, against the errors stated by the covariances."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _LEAST_SHARE = 98.0
 
 
 def forecast(source: Source) -> FigureData:
-    """Return the error of forecasts without measurements against their horizon, up to 50 slots.
+    """Return the error of forecasts without measurements over their horizon, up to 50 slots.
 
-    Every horizon has the same forecasts: those made in the slots that `origins` chooses. Dotted
-    is the root mean square that the forecasts' covariances state, shaded the band in which 95 %
-    of the root mean square errors of a consistent filter lie; the last panel has the share of
-    angles within three stated standard deviations.
+    Every horizon has the same forecasts: those made in the slots of `origins`. A dotted line is
+    the RMS error stated by the forecasts' covariances; the shaded band contains the RMS error of
+    a consistent filter with probability 95 %; the last panel shows the share of angles within
+    three stated standard deviations.
     """
     source.check(
         "truth", "identity", "uav_velocity", "predicted", "estimated", "estimated_cov", "present"
@@ -54,8 +54,8 @@ def forecast(source: Source) -> FigureData:
 def origins(source: Source) -> range:
     """Return the slots in which forecasts are made.
 
-    The first ends the first frame, or the first half of a single one, when velocities have been
-    measured for a while; the last leaves room for the longest horizon that the first one has.
+    The first is the end of the first frame, or the middle of a single frame, when velocities are
+    well measured; the last is early enough for the longest horizon of the first.
     """
     n, frame = source.slots.size, source.scenario.frame.slots_per_frame
     first = frame if frame < n else max(1, n // 2)
@@ -64,14 +64,14 @@ def origins(source: Source) -> range:
 
 
 def stated_band(stated: Array, degrees: Array) -> Array:
-    """Return where 95 % of root mean square errors of a consistent filter lie, ``(n, 2)``.
+    """Return the 95 % band of the RMS errors of a consistent filter, ``(n, 2)``.
 
     Parameters
     ----------
     stated
         ``(n,)``: root mean square of the stated standard deviations.
     degrees
-        ``(n,)``: of freedom of the mean square error; NaN gives NaN.
+        ``(n,)``: degrees of freedom of the mean square error; NaN gives NaN.
     """
     band = [chi_square_band(1, one) if np.isfinite(one) else (np.nan, np.nan) for one in degrees]
     return np.asarray(stated[:, None] * np.sqrt(np.array(band)))

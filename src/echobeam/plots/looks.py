@@ -1,7 +1,7 @@
-"""Looks that tell lines from each other, in colour and in grey, the same in every picture.
+"""Looks of lines, distinct in colour and in grey, and the same in every picture.
 
-Colours are those of Okabe and Ito, which the colour-blind tell apart; markers and line styles
-carry the same information once more, so that a copy in grey still reads.
+Colours are those of Okabe and Ito, distinct to colour-blind readers; markers and line styles carry
+the same information, so that a grey copy remains readable.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SHADE, BAND, FAINT = "0.91", "0.78", "0.45"
 """Greys of shaded slots, of a band of expected values, and of references."""
 
 AREA = "area"
-"""Marker of a legend's entry that is a filled area."""
+"""Marker of a legend entry that is a filled area."""
 
 RING = "ring"
 """Marker of a legend's entry that is an outline."""
@@ -63,7 +63,7 @@ SCHEME_LOOKS: dict[str, Look] = {
     "pilot-needle": Look(ORANGE, "<", DASH_DOT_DOT),
     "pilot-predict": Look(PURPLE, ">", SHORT),
 }
-"""Looks of the built-in schemes; users' schemes and variants take those of `_OTHERS`."""
+"""Looks of the built-in schemes; users' schemes and variants use those of `_OTHERS`."""
 
 _OTHERS = (
     Look(PURPLE, "X", "-"),
@@ -93,17 +93,17 @@ PARAMETER_LOOKS = (
     Look(PURPLE, "D", DASH_DOT),
     Look(ORANGE, "s", SHORT),
 )
-"""Looks of lines that differ in a parameter instead of a scheme or an object."""
+"""Looks of lines that differ by a parameter, not by scheme or object."""
 
 MAX_OBJECTS = len(_OBJECTS)
-"""Objects that one picture can tell apart."""
+"""Largest number of objects with distinct looks in one picture."""
 
 
 def scheme_looks(names: Sequence[str]) -> dict[str, Look]:
-    """Return the look of each scheme, the fixed one or, for all others, one that is free.
+    """Return the look of each scheme: its fixed look, or a free one for all others.
 
-    Variants of a scheme (``temporal:ripple=1``) and users' schemes take colours and lines that the
-    built-in schemes among ``names`` leave free, as long as there are any.
+    Variants of a scheme (``temporal:ripple=1``) and users' schemes get colours and lines unused by
+    the built-in schemes among ``names``, as long as there are any.
     """
     fixed = {name: SCHEME_LOOKS[name] for name in names if name in SCHEME_LOOKS}
     colours, lines = ({getattr(look, it) for look in fixed.values()} for it in ("colour", "line"))
@@ -113,7 +113,7 @@ def scheme_looks(names: Sequence[str]) -> dict[str, Look]:
 
 
 def _other_look(looks: Sequence[Look], index: int) -> Look:
-    """Return a look by its number: beyond the last one, markers and lines change places."""
+    """Return a look by its number: beyond the last one, markers and lines are recombined."""
     count = len(looks)
     turn = index // count
     colour, marker, line = (looks[(index + shift * turn) % count] for shift in range(3))

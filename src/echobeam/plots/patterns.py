@@ -1,4 +1,4 @@
-"""Beam patterns over the angle, slot by slot: how the beams narrow as the estimates improve."""
+"""Beam patterns over the angle per slot: beams narrow as the estimates improve."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from echobeam.simulation.statistics import cover_centre
 from echobeam.values import Array, BoolArray, ComplexArray, Mode, ModeArray
 
 DEFAULT_SLOTS = (1, 2, 4, 6, 10)
-"""The slots of a frame that are shown: omni, the first directional one, and how it goes on."""
+"""Slots of a frame shown by default: the omni slot, the first directional one, and later ones."""
 
 _GRID = np.linspace(0.0, np.pi, 1801)
 _RANGE_DB = 45.0
@@ -45,9 +45,9 @@ class BeamRun(NamedTuple):
 def patterns(source: Source) -> FigureData:
     """Return the beam patterns of one trial in chosen slots, one curve per object.
 
-    Vertical lines are the true (solid) and predicted (dashed) angles; the shaded band is what
-    the beam was designed to cover, Eq. (38f). A vertical array cannot tell theta from
-    180 deg - theta, so every lobe has its mirror.
+    Vertical lines are the true (solid) and predicted (dashed) angles; the shaded band is the
+    interval that the beam was designed to cover, Eq. (38f). A vertical array cannot distinguish
+    theta from 180 deg - theta, so every lobe has a mirror image.
     """
     run = _read(source)
     chosen = _choose_slots(source, run)
@@ -84,7 +84,7 @@ def patterns(source: Source) -> FigureData:
 
 
 def beam_gain(beams: ComplexArray, angles: Array, array: LinearArray) -> Array:
-    """Return the power that beams send towards angles, |a(theta)^H w|^2 with a of Eq. (4).
+    """Return the power radiated towards angles, |a(theta)^H w|^2 with a of Eq. (4).
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def _read(source: Source) -> BeamRun:
         mode=one["mode"].values,
         present=one["present"].values.astype(bool),
         truth=one["truth"].sel(state="angle").values,
-        # the prediction, or the last estimate of a scheme that makes none (pilot)
+        # the prediction, or the last estimate of a scheme without predictions (pilot)
         predicted=cover_centre(predicted, estimated, "predicted"),
         centre=cover_centre(predicted, estimated, centre),
         covered=one["covered"].values,
@@ -146,10 +146,10 @@ def _choose_slots(source: Source, run: BeamRun) -> list[int]:
 
 
 def _busiest_frame(run: BeamRun) -> tuple[int, int]:
-    """Return first index and end of the frame with the most beams; the first frame of equals.
+    """Return start and end of the frame with the most beams; the earliest if there are several.
 
-    A frame begins with a slot without directional beams. A run without beams is one frame, and
-    so is one that is always directional.
+    A frame begins with a slot without directional beams. A run without beams, or with beams in
+    all slots, is one frame.
     """
     beams = has_beam(run).sum(axis=1)
     starts = np.flatnonzero(run.mode != Mode.DIRECTIONAL)
@@ -159,7 +159,7 @@ def _busiest_frame(run: BeamRun) -> tuple[int, int]:
 
 
 def _level(power: float) -> Series:
-    """Return the pattern of omnidirectional power."""
+    """Return the pattern of an omnidirectional transmission."""
     ends = np.array([0.0, 180.0])
     level = np.full(2, float(decibels(power)))
     return Series("omnidirectional, $P_T$", ends, level, look=Look("black"), kind="line")
@@ -174,7 +174,7 @@ def _pattern(run: BeamRun, index: int, k: int, array: LinearArray) -> Series:
 
 
 def _angles(run: BeamRun, index: int, k: int) -> list[Guide]:
-    """Return the object's true and predicted angle and what its beam covers."""
+    """Return the object's true and predicted angle and the covered interval of its beam."""
     colour, guides = object_look(k).colour, []
     if run.present[index, k] and np.isfinite(run.truth[index, k]):
         guides.append(Guide("x", float(np.degrees(run.truth[index, k])), look=Look(colour)))

@@ -1,4 +1,4 @@
-"""The sum rate per slot: the picture of the paper's main claim."""
+"""Sum rate per slot: the picture of the paper's main claim."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from echobeam.plots.source import Source, empty_figure
 from echobeam.simulation.summary import improvement
 
 GAIN_OF, GAIN_OVER = "temporal", "pilot"
-"""The comparison that the paper puts into numbers."""
+"""Schemes whose ratio of rates the paper states in numbers."""
 
 
 def rate(source: Source) -> FigureData:
@@ -51,7 +51,7 @@ def _panel(source: Source, series: list[Series], *, from_zero: bool) -> Panel:
 
 
 def _close_curves(series: list[Series]) -> list[Series]:
-    """Return the curves that hide each other beside one that is far below them."""
+    """Return the curves that overlap on the scale of one far below them."""
     means = {
         one.name: float(np.nanmean(np.asarray(one.y, dtype=float)))
         for one in series
@@ -63,7 +63,7 @@ def _close_curves(series: list[Series]) -> list[Series]:
 
 
 def _gain(source: Source, series: list[Series]) -> tuple[Note, ...]:
-    """Return the mark of how far the first scheme is ahead of the second, if it is."""
+    """Return a mark of the first scheme's gain over the second, if positive."""
     means = {one.name: one.y for one in series if not one.empty}
     if not {GAIN_OF, GAIN_OVER} <= set(means) or source.slots.size > 20:
         return ()

@@ -1,4 +1,4 @@
-"""Figures as records, from which the picture, the table and the JSON document all come."""
+"""Figures as records: the common source of the picture, the table and the JSON document."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Layout = tuple[tuple[int, ...], ...]
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One axis of a panel.
+    """Axis of a panel.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Axis:
     log
         Whether the scale is logarithmic; values that are not positive are gaps there.
     limits
-        Both ends, None where the data decide.
+        Both ends; None for an end that follows from the data.
     ticks, names
-        Places of the ticks, and what is written there; none where matplotlib chooses.
+        Positions and labels of the ticks; none where matplotlib chooses.
     """
 
     name: str
@@ -44,18 +44,18 @@ class Axis:
     names: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        """Return the heading of a column."""
+        """Return the axis as a column heading."""
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """Values over values, with an interval where there is one.
+    """Values over values, optionally with an interval.
 
     Attributes
     ----------
     name
-        What it is called in the legend and in the table.
+        Name in the legend and in the table.
     x, y
         ``(n,)``; NaN makes a gap.
     band
@@ -68,7 +68,7 @@ class Series:
     width
         Width of a plain line, points.
     legend
-        Whether the legend names it.
+        Whether the series is in the legend.
     arrow
         Whether the line ends in the head of an arrow.
     sideways
@@ -91,14 +91,14 @@ class Series:
 
     @property
     def empty(self) -> bool:
-        """Whether there is no number in it."""
+        """Whether the series holds no number."""
         found = self.band if self.kind == "band" and self.band is not None else self.y
         return not np.isfinite(np.asarray(found, dtype=float)).any()
 
 
 @dataclass(frozen=True, slots=True)
 class Guide:
-    """A reference across a panel: one value of an axis, or the range between two.
+    """Reference across a panel: a value of an axis, or the range between two.
 
     ``reach`` is the share of the panel that a single value's line crosses.
     """
@@ -114,7 +114,7 @@ class Guide:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """A text in a panel, at a place in data or (``inside``) as shares of the panel.
+    """Text in a panel, at a position in data or (``inside``) in shares of the panel.
 
     ``between`` draws a double arrow along ``y`` from one value to another.
     """
@@ -132,14 +132,14 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """One pair of axes.
+    """Panel of a figure: one pair of axes.
 
     Attributes
     ----------
     empty
-        What is written where no series holds a number.
+        Text shown if no series holds a number.
     equal
-        Whether a metre is as long upwards as sideways.
+        Whether the two axes have equal scale.
     legend
         Whether the panel has a legend of its own.
     """
@@ -157,14 +157,14 @@ class Panel:
 
 @dataclass(frozen=True, slots=True)
 class FigureData:
-    """A figure: what it shows, in which setting, and all numbers in it.
+    """Figure as a record: title, setting, and all numbers shown.
 
     Attributes
     ----------
     id
-        Its name among the figures.
+        Name of the figure.
     title, setting, caption
-        What is shown; the scenario's values; what bands and marks mean.
+        Title; values of the scenario; meaning of bands and marks.
     panels
         In the order of ``layout``.
     layout
@@ -175,11 +175,11 @@ class FigureData:
     size
         Inches without the title, see `looks.COLUMN` and `looks.PAGE`.
     share
-        Which axes all panels have in common.
+        Axes that all panels share.
     band
-        What shaded intervals are, as the legend says it.
+        Meaning of shaded intervals, for the legend.
     key
-        Further entries of the legend: what is said, and the look that it is said of.
+        Further entries of the legend: text and look.
     """
 
     id: str
@@ -238,7 +238,7 @@ def quantile_series(
 
 
 def grid(count: int, columns: int) -> Layout:
-    """Return the layout of so many panels in rows of ``columns``."""
+    """Return the layout of ``count`` panels in rows of ``columns``."""
     rows = math.ceil(count / columns)
     cells = [number if number < count else -1 for number in range(rows * columns)]
     return tuple(tuple(cells[row * columns : (row + 1) * columns]) for row in range(rows))

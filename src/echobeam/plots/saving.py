@@ -1,4 +1,4 @@
-"""Pictures and their numbers as files: whole or not at all, the same bytes for the same figure."""
+"""Pictures and their numbers as files: written atomically, and equal for equal figures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from echobeam.plots.source import PlotError
 PICTURES = ("png", "pdf", "svg")
 FORMATS = (*PICTURES, "csv", "json")
 
-# No dates inside: the same picture is the same file.
+# No dates in the metadata: equal pictures are equal files.
 _METADATA: dict[str, dict[str, Any]] = {
     "png": {},
     "pdf": {"CreationDate": None, "ModDate": None},
@@ -27,7 +27,7 @@ def file_format(suffix: str) -> str:
     Raises
     ------
     PlotError
-        If the suffix is none of them.
+        If the suffix is not one of them.
     """
     kind = suffix.lower().removeprefix(".")
     if kind not in FORMATS:
@@ -37,7 +37,7 @@ def file_format(suffix: str) -> str:
 
 
 def picture_formats(suffixes: Sequence[str]) -> tuple[str, ...]:
-    """Return some of `PICTURES` for suffixes; raise `PlotError` if one is none of them."""
+    """Return some of `PICTURES` for suffixes; raise `PlotError` for any other."""
     names = tuple(suffix.lower().removeprefix(".") for suffix in suffixes)
     for name in set(names) - set(PICTURES):
         raise PlotError(f"cannot draw a picture as {name!r}; accepted: {', '.join(PICTURES)}")
@@ -50,18 +50,18 @@ def write(data: FigureData, path: Path, *, captions: bool = True) -> Path:
     Parameters
     ----------
     data
-        The figure.
+        Figure to write.
     path
-        Where to; a file of that name is replaced.
+        Path of the file; an existing one is replaced.
     captions
-        Whether a picture has title, setting and caption written in it.
+        Whether a picture contains title, setting and caption.
 
     Raises
     ------
     PlotError
         If the suffix is not one of `FORMATS`.
     OSError
-        If the file cannot be written; nothing is left behind.
+        If the file cannot be written; no partial file remains.
     """
     kind = file_format(path.suffix)
     partial = path.with_name(f".{path.name}.{os.getpid()}.tmp")

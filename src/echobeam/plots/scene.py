@@ -16,7 +16,7 @@ from echobeam.simulation.forecast import SIGMAS, Cone, same_object
 from echobeam.values import NOBODY, Array, IntArray
 
 FORECAST = Look(BLACK, "", SHORT)
-"""Look of the way that is forecast."""
+"""Look of a forecast path."""
 
 _SHORT_STAY = 20
 _SHARES = (0.1, 0.4, 0.7)
@@ -27,7 +27,7 @@ class Scene(NamedTuple):
 
     ``uav`` is ``(slot, 2)``; ``true``, ``predicted`` and ``estimated`` are ``(slot, object, 2)``,
     NaN where there is none; ``spread`` is ``(slot, object, 2, 2)``, the covariance of
-    ``estimated``; ``stays`` holds object and slots of each stay in the scene, see `occupants`.
+    ``estimated``; ``stays`` holds object and slots of each stay, see `occupants`.
     """
 
     uav: Array
@@ -39,7 +39,7 @@ class Scene(NamedTuple):
 
 
 def read_scene(source: Source) -> Scene:
-    """Return the positions in the chosen trial and scheme."""
+    """Return the positions of the chosen trial and scheme."""
     names = ["identity", "position", "uav_position", "predicted", "estimated", "estimated_cov"]
     one = source.one_trial(*names).transpose("slot", "object", "state", "state_b", "axis")
     plane = [0, 2]  # along the road, and height
@@ -56,12 +56,12 @@ def read_scene(source: Source) -> Scene:
 
 
 def occupants(identity: IntArray) -> list[slice]:
-    """Return the stretches of slots in which one object's column holds one and the same object.
+    """Return the ranges of slots in which a column of the result holds the same object.
 
     Parameters
     ----------
     identity
-        ``(slot,)``: who is in the column.
+        ``(slot,)``: identity of the object in the column.
     """
     same = np.append(False, same_object(identity[:, None])[:, 0])
     breaks = np.append(np.flatnonzero(~same), identity.size)
@@ -71,7 +71,7 @@ def occupants(identity: IntArray) -> list[slice]:
 
 
 def chosen_slots(stay: slice) -> list[int]:
-    """Return the slots from which a stay's forecasts are drawn: its middle, or three if long."""
+    """Return the slots from which forecasts of a stay start: its middle, or three if it is long."""
     length = stay.stop - stay.start
     if length < 2:
         return []
@@ -81,7 +81,7 @@ def chosen_slots(stay: slice) -> list[int]:
 
 
 def cone_series(cone: Cone, x: npt.NDArray[np.generic], colour: str) -> tuple[Series, Series]:
-    """Return the growing 3-sigma band and the way through it; ``x`` is where the slots are."""
+    """Return the growing 3-sigma band and its centre line, at the positions ``x`` of the slots."""
     at, reach = x[cone.slots], SIGMAS * cone.deviations
     band = np.stack([cone.centres - reach, cone.centres + reach], axis=-1)
     made = f"forecast from slot {cone.slots[0] + 1}"

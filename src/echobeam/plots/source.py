@@ -1,4 +1,4 @@
-"""Sources of pictures: a result, what of it is shown, and its statistics, computed once."""
+"""Sources of pictures: a result, the choice from it, and its statistics, computed once."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_SLOTS = 60
-"""Longer runs are shown frame by frame: a curve through hundreds of slots is a smear."""
+"""Largest number of slots drawn one by one; longer runs are drawn per frame, to be readable."""
 
 
 class PlotError(InputError):
-    """A picture that cannot be drawn from this result, or not under this name."""
+    """Error of a picture that cannot be drawn from a result, or of an unknown kind."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What is shown of a result.
+    """Choice from a result.
 
     Attributes
     ----------
     schemes
-        Names; all by default. Pictures of one scheme show the first, by default ``temporal``.
+        Names; all by default. Pictures of a single scheme show the first, by default ``temporal``.
     trial
-        For pictures of one trial: its number in the file, from 0.
+        Number of the trial in the file, from 0, for pictures of one trial.
     slots
-        Slots counted from 1; those of the patterns, and the range of the others.
+        Slots counted from 1: the slots of patterns, and the range of other pictures.
     x, quantity
-        Of a sweep: the key along the axis, and the quantity over it.
+        For a sweep: the key on the x axis, and the quantity on the y axis.
     title
-        Instead of the scenario's name.
+        Title instead of the scenario's name.
     """
 
     schemes: tuple[str, ...] = ()
@@ -57,12 +57,12 @@ class Choice:
 
 
 class Source:
-    """A result with the choice of what is shown of it.
+    """Result with the choice of what is shown.
 
     Raises
     ------
     PlotError
-        If the result holds no such scheme, trial or slot, or is none.
+        If the result holds no such scheme, trial or slot, or is not a result.
     """
 
     def __init__(self, result: xr.Dataset, choice: Choice | None = None) -> None:
@@ -88,22 +88,22 @@ class Source:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """The scenario that was run."""
+        """Scenario that was run."""
         try:
             document = tomllib.loads(str(self.result.attrs["scenario"]))
             return checked(Scenario, document, "the result's scenario")
         except (KeyError, tomllib.TOMLDecodeError, ScenarioError) as error:
-            raise PlotError(f"the result does not say its scenario: {error}") from None
+            raise PlotError(f"the result does not contain its scenario: {error}") from None
 
     @cached_property
     def parts(self) -> dict[str, Statistics]:
-        """Every scheme's statistics."""
+        """Statistics of every scheme."""
         whole = result_statistics(self.result, self.scenario)
         return {name: of_scheme(whole, index) for index, name in enumerate(self.names)}
 
     @cached_property
     def looks(self) -> dict[str, Look]:
-        """Every scheme's look."""
+        """Look of every scheme."""
         return scheme_looks(self.names)
 
     @cached_property
@@ -126,29 +126,29 @@ class Source:
 
     @property
     def frame(self) -> int:
-        """Slots of a frame; all slots of a result that is cut and has no whole frames."""
+        """Slots per frame; all slots of a selection without complete frames."""
         frame, count = self.scenario.frame.slots_per_frame, self.slots.size
         return frame if count % frame == 0 else int(count)
 
     @property
     def pooled(self) -> int:
-        """Slots behind each value of a curve over the slots: one, or a frame of a long run."""
+        """Slots per value of a curve: one, or a frame in long runs."""
         count = self.slots.size
         return self.frame if count > MOST_SLOTS and self.frame < count else 1
 
     def pool(self, values: Array) -> Array:
-        """Return sums over the slots behind each value, ``(..., n)`` to ``(..., n / pooled)``."""
+        """Return sums over the slots of each value, ``(..., n)`` to ``(..., n / pooled)``."""
         summed: Array = values.reshape(*values.shape[:-1], -1, self.pooled).sum(axis=-1)
         return summed
 
     @property
     def x(self) -> Array:
-        """Places of the curves' values on the axis of slots."""
+        """Positions of the curves' values on the axis of slots."""
         centres: Array = self.slots.reshape(-1, self.pooled).mean(axis=1)
         return centres
 
     def slot_axis(self) -> Axis:
-        """Return the axis that counts slots, half a slot of room at both ends."""
+        """Return the axis of slots, with a margin of half a slot at both ends."""
         shown = self.choice.slots or (int(self.slots[0]), int(self.slots[-1]))
         words = f"{self.scenario.frame.slot * 1e3:g} ms each"
         return Axis("Slot", words, limits=(min(shown) - 0.5, max(shown) + 0.5))
@@ -156,8 +156,8 @@ class Source:
     def omni_guides(self) -> tuple[Guide, ...]:
         """Return the shaded slots without directional beams.
 
-        A scheme that never sends directional beams (omni) says nothing about the frame, nor does
-        a slot in which trials differ.
+        Ignored are schemes that never send directional beams (omni), and slots in which trials
+        differ.
         """
         phase = self.result["phase"].transpose("scheme", "slot").values.astype(str)
         phase = phase[np.isin(phase, ["directional", "mixed"]).any(axis=1)]
@@ -175,7 +175,7 @@ class Source:
         )
 
     def setting(self, scheme: str = "", *, one_trial: bool = False) -> str:
-        """Return the scenario's values as a title has them: antennas, height, trials."""
+        """Return the scenario's values for the title: antennas, height, trials."""
         parts = [scheme] * bool(scheme) + [
             f"$N_t$ = {self.scenario.array.n_tx}",
             f"$h$ = {self.scenario.uav.height:g} m",
@@ -189,15 +189,15 @@ class Source:
 
     @property
     def title(self) -> str:
-        """The title asked for, or the scenario's name."""
-        # A $ in a name would open a formula.
+        """Title that was chosen, or the scenario's name."""
+        # A $ in a name would begin a formula.
         return self.choice.title or self.scenario.name.replace("$", r"\$")
 
     def one_scheme(self) -> str:
-        """Return the scheme that a picture of one shows.
+        """Return the scheme shown by a picture of a single scheme.
 
-        It is the first that was chosen, else temporal or the first of its variants, else the
-        first with directional slots.
+        It is the first chosen one, else temporal or its first variant, else the first with
+        directional slots.
         """
         if self.choice.schemes:
             return self.choice.schemes[0]
@@ -234,6 +234,6 @@ class Source:
 
 
 def empty_figure(source: Source, kind: str, why: str) -> FigureData:
-    """Return a figure that says why there is nothing to see."""
+    """Return an empty figure with the reason as its text."""
     panel = Panel(Axis(""), Axis(""), (), empty=why)
     return FigureData(kind, source.title, (panel,), source.setting())

@@ -1,4 +1,4 @@
-"""Any quantity of a sweep over one of its keys, a line per scheme and value of the other keys."""
+"""Quantities of a sweep over one of its keys, a line per scheme and value of the other keys."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SHOWN_IN = {"rad": ("deg", 180.0 / np.pi)}
 
 
 def sweep(dataset: xr.Dataset, choice: Choice) -> FigureData:
-    """Return a quantity over a swept key, with its 95 % interval where the sweep has one.
+    """Return a quantity over a swept key, with its 95 % interval if known.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def _key_axis(dataset: xr.Dataset, key: str) -> Axis:
 
 
 def _at_slot(dataset: xr.Dataset, name: str, choice: Choice) -> xr.DataArray:
-    """Return the quantity at the slot that was chosen, by default its mean over the slots."""
+    """Return the quantity at the chosen slot, by default its mean over the slots."""
     values = dataset[name]
     if "slot" not in values.dims:
         return values
@@ -108,8 +108,8 @@ def _series(
 ) -> list[tuple[str, list[Series]]]:
     """Return the panels' titles and lines.
 
-    Of several schemes each combination of the other keys' values has a panel with a line for
-    each scheme; of one scheme all are lines of one panel.
+    With several schemes, each combination of the other keys' values has a panel with a line per
+    scheme; with one scheme, all are lines of one panel.
     """
     others = [str(one) for one in part.dims if one not in (dimension, "scheme")]
     _, factor = _unit(str(dataset[part.name].attrs.get("units", "")))
@@ -144,7 +144,7 @@ def _series(
 
 
 def _places(dataset: xr.Dataset, key: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Return where the key's values stand along the axis: texts one after the other."""
+    """Return the positions of the key's values on the axis: strings are numbered."""
     values = np.asarray(dataset[key].values)
     if not np.issubdtype(values.dtype, np.number):
         return np.arange(values.size, dtype=float)
@@ -153,7 +153,7 @@ def _places(dataset: xr.Dataset, key: str) -> np.ndarray[tuple[int, ...], np.dty
 
 
 def _unit(units: str) -> tuple[str, float]:
-    """Return the unit that people read, and the factor to it."""
+    """Return the unit for display, and the factor to it."""
     return _SHOWN_IN.get(units, ("" if units == "1" else units, 1.0))
 
 

@@ -13,16 +13,16 @@ from echobeam.values import Array
 
 _PANELS = (("angle", "Angle RMSE", "deg", 180.0 / np.pi), ("distance", "Distance RMSE", "m", 1.0))
 
-_ZERO = 1e-9  # deg, m: errors below are rounding, those of the genie, which knows the truth
+_ZERO = 1e-9  # deg, m: smaller errors are rounding errors of the genie, which knows the truth
 BOUND = "posterior Cramér–Rao bound"
 
 
 def tracking(source: Source) -> FigureData:
     """Return the error of the estimated angle and distance of every scheme, slot by slot.
 
-    The root mean square is taken over trials and the objects in the scene. The bound is drawn in
-    the scheme's colour, see `bound_of`; it is one on filters, and a scheme that holds an old
-    estimate has none.
+    The root mean square is over trials and the objects in the scene. The bound has the colour of
+    its scheme, see `bound_of`; it applies to filters, not to a scheme that repeats an old
+    estimate.
     """
     source.check("truth", "estimated")
     if not source.result.sizes["object"]:
@@ -61,6 +61,6 @@ def _panel(source: Source, component: str, name: str, unit: str, factor: float) 
 
 
 def _positive(values: Array) -> Array:
-    """Leave gaps where a logarithmic axis has no place for a value."""
+    """Return the values with NaN where a logarithmic axis cannot show them."""
     positive: Array = np.where(values > _ZERO, values, np.nan)
     return positive

@@ -35,13 +35,13 @@ _ROAD, _HEIGHT = Axis("Position along the road", "m"), Axis("Height", "m")
 
 
 def trajectories(source: Source) -> FigureData:
-    """Return the UAV's and the objects' paths in one trial, and how they were tracked.
+    """Return the paths of UAV and objects in one trial, and the objects' tracks.
 
-    Of a few objects: the scene to scale; of each object the true path, predicted and estimated
-    positions, and ellipses that hold 95 % of the estimate's stated distribution; and its position
-    along the road with forecasts from a few slots as cones: the dashed way that is predicted
-    without further measurements, and three standard deviations on either side. Objects that come
-    and go are drawn along the road over the time, with the error of their prediction below.
+    A few objects have the scene to scale; for each object the true path, predicted and estimated
+    positions, and 95 % ellipses of the estimate's stated covariance; and its position along the
+    road with forecasts from a few slots as cones: the dashed path predicted without further
+    measurements, with three standard deviations on either side. Objects that enter and leave are
+    drawn along the road over time, with the error of their prediction below.
     """
     scene = read_scene(source)
     if source.scenario.trace is not None or len(scene.stays) > _CLOSE_UPS:
@@ -58,7 +58,7 @@ def _figure(source: Source, panels: list[Panel], close: int) -> FigureData:
     layout: tuple[tuple[int, ...], ...] = ((0,),)
     widths: tuple[float, ...] = ()
     if close:
-        # the scene beside the close-ups, one above the other, and the road below
+        # the scene beside the stacked close-ups, and the road below
         columns = max(close, 2)
         upper = [0] * columns
         lower = [1 + i % close for i in range(close)] + [-1] * (columns - close)
@@ -76,7 +76,7 @@ def _figure(source: Source, panels: list[Panel], close: int) -> FigureData:
 
 
 def _over_time(source: Source, scene: Scene) -> FigureData:
-    """Return positions along the road over the time, and the prediction's error below."""
+    """Return positions along the road over time, and the prediction's error below."""
     time = source.result["time"].values
     uav = Series("UAV", time, scene.uav[:, 0], look=Look(BLACK, "", DOTTED), kind="line")
     ways, errors = [uav], []
@@ -116,7 +116,7 @@ def _over_time(source: Source, scene: Scene) -> FigureData:
 
 
 def path_series(name: str, path: Array, look: Look) -> Series:
-    """Return a path ``(n, 2)`` m that ends in an arrow along the movement."""
+    """Return a path ``(n, 2)`` m that ends in an arrow along the motion."""
     return Series(name, path[:, 0], path[:, 1], look=look.plain("-"), kind="line", width=1.6,
                   legend=False, arrow=True)  # fmt: skip
 
@@ -153,7 +153,7 @@ def _end(path: Array) -> tuple[float, float]:
 
 
 def _widened(points: Array, least: float) -> tuple[Array, Array]:
-    """Return the corners of the points with a margin, at least so many metres either way."""
+    """Return the corners of the points' bounding box with a margin of at least ``least`` metres."""
     points = points[np.isfinite(points).all(axis=1)]
     low, high = points.min(axis=0), points.max(axis=0)
     extra = np.maximum(0.1 * (high - low), (least - (high - low)) / 2.0)
@@ -182,7 +182,7 @@ def _close_up(scene: Scene, k: int, stay: slice) -> Panel:
 
 
 def _marked(points: int) -> list[int]:
-    """Return which points have markers: all of the first few, then no more than twenty."""
+    """Return the points with markers: all of the first few, and about twenty in total."""
     step = max(1, math.ceil(points / 20))
     return sorted({*range(min(points, 5)), *range(0, points, step)})
 
@@ -190,10 +190,10 @@ def _marked(points: int) -> list[int]:
 def _ellipses(
     path: Array, estimated: Array, predicted: Array, spreads: Array, look: Look
 ) -> list[Series]:
-    """Return the estimates' 95 % ellipses at a few slots, of those that are seen whole.
+    """Return the estimates' 95 % ellipses at a few slots, if they fit into the panel.
 
-    Left out are ellipses larger than all other marks together, as those of the first slots often
-    are, unless the last one, which is always drawn, is half their size.
+    Omitted are ellipses larger than all other marks together, as often in the first slots, unless
+    the last one, which is always drawn, is half their size.
     """
     some = np.flatnonzero(
         np.isfinite(spreads).all(axis=(1, 2)) & np.isfinite(estimated).all(axis=1)
@@ -220,7 +220,7 @@ def _ellipses(
 
 
 def _road_panel(source: Source, scene: Scene, k: int, stay: slice) -> Panel:
-    """Return one object's way along the road, with forecasts from a few slots of its stay."""
+    """Return one object's path along the road, with forecasts from a few slots of its stay."""
     one = source.one_trial("estimated", "estimated_cov", "uav_position", "uav_velocity")
     mean = one["estimated"].isel(object=k).transpose("slot", "state").values
     cov = one["estimated_cov"].isel(object=k).transpose("slot", "state", "state_b").values
@@ -236,12 +236,12 @@ def _road_panel(source: Source, scene: Scene, k: int, stay: slice) -> Panel:
 def road_panel(
     axis: Axis, at: Array, scene: Scene, stay: tuple[int, slice], cones: list[Cone]
 ) -> Panel:
-    """Return true and predicted positions of one object along the road, and what was forecast.
+    """Return true and predicted positions of one object along the road, and its forecasts.
 
     Parameters
     ----------
     axis, at
-        Axis of the slots, and the places ``(n,)`` of all of them on it.
+        Axis of the slots, and the positions ``(n,)`` of all slots on it.
     scene
         Positions.
     stay

@@ -1,1 +1,1 @@
-"""The paper's figures and claims as records, and the one command that redraws and judges them."""
+"""Figures and claims of the paper as records, and the command that reproduces and judges them."""

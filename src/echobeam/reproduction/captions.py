@@ -1,4 +1,4 @@
-"""Captions and axes that the paper's figures share: the setting in words, the slots of a frame."""
+"""Captions and axes shared by the figures: the setting as text, and the slots of a frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ANTENNAS = "$N_t$ = $N_r$ = {}"
 
 
 def flight(scenario: Scenario, *, height: bool = True, antennas: bool = True) -> str:
-    """Return the UAV's setting as a title says it; leave out what the figure varies."""
+    """Return the UAV's setting for a title, without the quantities that the figure varies."""
     uav = scenario.uav
     parts = [f"$h$ = {uav.height:g} m"] * height + [f"$v^u$ = {uav.speed:g} m/s"]
     parts += [ANTENNAS.format(scenario.array.n_tx)] * antennas
@@ -39,5 +39,5 @@ def slot_axis(slots: int) -> Axis:
 
 
 def omni_slots(name: str = "omni slot", first: tuple[int, ...] = (1,)) -> tuple[Guide, ...]:
-    """Return the shaded slots that begin a frame."""
+    """Return the shaded first slots of frames."""
     return tuple(Guide("x", slot - 0.5, slot + 0.5, Look(SHADE), name) for slot in first)

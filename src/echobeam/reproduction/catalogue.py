@@ -1,4 +1,4 @@
-"""All figures and claims, in the paper's order: every module of the two packages brings its own."""
+"""Figures and claims in the paper's order, collected from the modules of the two packages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _figures() -> Iterator[Figure]:
 FIGURES: dict[str, Figure] = {
     figure.id: figure for figure in sorted(_figures(), key=lambda figure: figure.place)
 }
-"""By id."""
+"""Figures by id."""
 
 CLAIMS: tuple[Claim, ...] = tuple(
     sorted(find_claims(), key=lambda claim: FIGURES[claim.figure].place)
@@ -28,12 +28,12 @@ CLAIMS: tuple[Claim, ...] = tuple(
 
 
 def choose(ids: Sequence[str]) -> list[Figure]:
-    """Return the figures of some ids, or all, in the paper's order.
+    """Return the figures with the given ids, or all, in the paper's order.
 
     Raises
     ------
     InputError
-        Names the unknown ids and those that there are.
+        Names the unknown ids and the known ones.
     """
     unknown = [one for one in ids if one not in FIGURES]
     if unknown:

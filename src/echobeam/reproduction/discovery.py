@@ -1,4 +1,4 @@
-"""Discovery of figures and claims: every module of their packages brings its own."""
+"""Discovery of figures and claims: each module of their packages defines its own."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from echobeam.reproduction.records import Claim
 
 
 def modules(package: ModuleType) -> Iterator[ModuleType]:
-    """Import the modules of a package one after the other, in the order of their names."""
+    """Import the modules of a package in the order of their names."""
     for found in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
         yield import_module(found.name)
 

@@ -1,4 +1,4 @@
-"""Measures of claims as numbers with 95 % intervals, from paired ``(trial,)`` samples."""
+"""Estimates with 95 % intervals for the claims, from paired ``(trial,)`` samples."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def ratio(above: Array, below: Array) -> Estimate:
 
 
 def gain_percent(above: Array, below: Array) -> Estimate:
-    """Return by how many per cent one mean lies above another."""
+    """Return the excess of one mean over another, %."""
     return ratio(above, below).scaled(100.0, -100.0)
 
 
@@ -41,14 +41,14 @@ def rms_ratio(above: Array, below: Array) -> Estimate:
 
 
 def proportion(hits: BoolArray) -> Estimate:
-    """Return the share of trials that were hit, with Clopper and Pearson's interval."""
+    """Return the share of True trials, with Clopper and Pearson's interval."""
     return Estimate(float(hits.mean()), *intervals.share_interval(int(hits.sum()), hits.size))
 
 
 def crossing(x: Array, ratio_along: Array) -> Array:
-    """Return where a ratio ``(..., len(x))`` falls below 1 and stays there, interpolated.
+    """Return the x from which a ratio ``(..., len(x))`` stays below 1, interpolated.
 
-    Infinite if it is above 1 at the end, minus infinite if it is below 1 from the beginning.
+    Infinity if the ratio is above 1 at the end, minus infinity if it is always below 1.
     """
     above = ratio_along >= 1.0
     last = above.shape[-1] - 1 - np.argmax(above[..., ::-1], axis=-1)

@@ -1,4 +1,4 @@
-"""The sensitivity map: claims measured and judged again where the paper leaves a value open."""
+"""Sensitivity map: claims measured again under other values that the paper leaves open."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ FIGURES = (
 """Figures whose claims are mapped."""
 
 BASES = {setup.name: setup for figure in FIGURES for setup in figure.points}
-"""Setups that these claims are measured on, by name."""
+"""Setups of these claims, by name."""
 
 CLAIMS = tuple(claim for figure in FIGURES for claim in find_claims() if claim.figure == figure.id)
 
 
 def setups() -> tuple[Setup, ...]:
-    """Return the defaults and everything that differs from them in one reading."""
+    """Return the default setups and those that differ from them in one reading."""
     changed = [
         varied(base, variation)
         for variation in VARIATIONS
@@ -45,16 +45,16 @@ def setups() -> tuple[Setup, ...]:
 
 
 def entries(results: Results, claims: Iterable[Claim] = CLAIMS) -> list[Entry]:
-    """Return the map: each claim under the default reading first, then under what touches it."""
+    """Return the map: each claim under the default reading, then under those that affect it."""
     return [entry for claim in claims for entry in _of(claim, results)]
 
 
 @lru_cache(maxsize=len(CLAIMS))
 def _of(claim: Claim, results: Results) -> tuple[Entry, ...]:
-    """Return one claim's rows; kept, since picture and report both show the same results."""
+    """Return one claim's rows; cached, since picture and report show the same results."""
     default = results.under(DEFAULT, ())
     found = [_entry(claim, default, DEFAULT)]
-    # a setup counts with the schemes that the claim is measured on alone
+    # fallbacks of a setup are counted only for the schemes that the claim uses
     measured_on = [
         replace(BASES[outcome.point.name], schemes=tuple(outcome.asked))
         for outcome in _asked(default)
@@ -67,7 +67,7 @@ def _of(claim: Claim, results: Results) -> tuple[Entry, ...]:
 
 
 def _entry(claim: Claim, results: Results, variation: Variation) -> Entry:
-    """Measure and judge a claim on results that nothing was asked of yet."""
+    """Measure and judge a claim on results without recorded accesses."""
     finding = Finding(claim, claim.measure(results))
     outcomes = _asked(results)
     return Entry(
@@ -79,5 +79,5 @@ def _entry(claim: Claim, results: Results, variation: Variation) -> Entry:
 
 
 def _asked(results: Results) -> list[Outcome]:
-    """Return the outcomes that a measure hung on."""
+    """Return the outcomes that a measure has used."""
     return [outcome for outcome in results.outcomes.values() if outcome.asked]

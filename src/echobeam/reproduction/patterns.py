@@ -12,10 +12,10 @@ from echobeam.schemes.configure import system_for
 from echobeam.values import Array, ComplexArray
 
 GRID = np.radians(np.arange(0.0, 180.01, 0.25))
-"""Angles at which patterns are looked at, rad."""
+"""Angles at which patterns are evaluated, rad."""
 
 FLOOR = 1e-4
-"""Gains below are not drawn: -40 dB."""
+"""Smallest gain drawn, linear: -40 dB."""
 
 ANGLE = Axis("Angle θ", "deg", limits=(0.0, 180.0), ticks=tuple(map(float, range(0, 181, 30))))
 
@@ -32,7 +32,7 @@ def _sender(outcome: Outcome) -> LinearArray:
 
 
 def gains(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:
-    """Return ``(trial, object, angle)``: power that each beam of a slot sends to `GRID`."""
+    """Return ``(trial, object, angle)``: power that each beam of a slot radiates towards `GRID`."""
     return beam_gain(beams(outcome, slot, scheme), GRID, _sender(outcome))
 
 
@@ -51,10 +51,10 @@ def gain_at_truth(outcome: Outcome, slot: int, scheme: str = "temporal") -> Arra
 
 
 def half_power_angles(gain: Array) -> Array:
-    """Return how many degrees of 0 to 180 a pattern on `GRID` is above half of its maximum.
+    """Return the total width, deg, over which a pattern on `GRID` is above half of its maximum.
 
-    An upright array repeats every lobe at its mirror angle, and both are illuminated: both count,
-    as do the tops of a pattern with several. ``(..., angle)`` to ``(...)`` deg.
+    A vertical array repeats every lobe at its mirror angle, and both are illuminated: all lobes
+    count. ``(..., angle)`` to ``(...)`` deg.
     """
     above = gain >= 0.5 * gain.max(axis=-1, keepdims=True)
     return np.asarray(180.0 * above.mean(axis=-1))

@@ -1,9 +1,8 @@
-"""What a figure and a claim are: records, so that command, tests and documentation read the same.
+"""Figures and claims as records, read alike by the command, the tests and the documentation.
 
-A figure asks for points (scenarios run for some trials) and turns their results into a record of
-all numbers in it, from which picture, table and JSON come. A claim belongs to a figure; it
-measures something in the same results, and a rule that the record holds turns what was measured
-into a verdict.
+A figure lists points (scenarios run for some trials) and converts their results to a record of all
+numbers shown, the source of picture, table and JSON. A claim belongs to a figure; it measures a
+quantity in the same results, and its rule derives the verdict from the measured estimates.
 """
 
 from __future__ import annotations
@@ -23,14 +22,14 @@ Judgement = Verdict | Literal["not judged"]
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A number with its 95 % interval; without one (a deterministic number) both ends are it.
+    """Number with its 95 % interval; both ends equal the value if it is deterministic.
 
     Attributes
     ----------
     value, low, high
-        Infinite where it lies beyond what was looked at; NaN where there is none.
+        Infinite if outside the evaluated range; NaN if undefined.
     looked
-        Least and greatest that was looked at, if it is a place among them.
+        Ends of the evaluated range, if the number is a position in it.
     """
 
     value: float
@@ -40,12 +39,12 @@ class Estimate:
 
     @classmethod
     def exact(cls, value: float) -> Estimate:
-        """Return a number that no chance went into."""
+        """Return a deterministic number."""
         return cls(float(value), float(value), float(value))
 
     @property
     def random(self) -> bool:
-        """Whether the interval says anything."""
+        """Whether the interval has a non-zero width."""
         return self.low < self.high
 
     def scaled(self, factor: float, shift: float = 0.0) -> Estimate:
@@ -60,14 +59,14 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What a claim's measure found.
+    """Estimates measured for a claim.
 
     Attributes
     ----------
     estimates
-        By name; the first is the one that is reported, the rule sees all.
+        Estimates by name; the first is reported, the rule uses all.
     unit
-        Of the first, as it is printed: ``"%"``, ``"deg"``, ``""``.
+        Unit of the first as printed: ``"%"``, ``"deg"``, ``""``.
     """
 
     estimates: Mapping[str, Estimate]
@@ -75,20 +74,20 @@ class Measured:
 
     @property
     def headline(self) -> Estimate:
-        """The number that is reported as ours."""
+        """Estimate that is reported as ours."""
         return next(iter(self.estimates.values()))
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """How a verdict follows from what was measured.
+    """Rule that derives a verdict from the measured estimates.
 
     Attributes
     ----------
     text
-        The rule in words, printed beside every verdict.
+        Text of the rule, printed beside every verdict.
     decide
-        The rule itself.
+        Function from estimates to verdict.
     """
 
     text: str
@@ -97,20 +96,20 @@ class Rule:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One figure of the paper.
+    """Figure of the paper.
 
     Attributes
     ----------
     id
-        The paper's own label.
+        Label in the paper.
     caption
-        What it shows, in a line.
+        Content of the figure, in a line.
     points
-        What has to be run for it; figures that name the same setup share its trials.
+        Setups to run; figures with the same setup share its trials.
     data
-        From the results of at least these points to all numbers in it.
+        Function from the results of these points to all numbers of the figure.
     place
-        Its place among the figures, in ascending order.
+        Position among the figures, in ascending order.
     """
 
     id: str
@@ -122,24 +121,24 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """One sentence of the paper that can be held against numbers.
+    """Claim of the paper that can be compared with numbers.
 
     Attributes
     ----------
     id, figure
-        Its name, and the id of the figure whose points it is measured on.
+        Name, and id of the figure whose points are measured.
     text
-        What the paper says, quoted or shortened.
+        Claim in the paper's words, quoted or shortened.
     paper
-        The paper's value: a number in the measure's unit, or words where it gives none.
+        Value in the paper: a number in the measure's unit, or words if it gives none.
     reading
-        How the sentence was read, and which values were calibrated.
+        Interpretation of the claim, and the calibrated values.
     measure
-        From results to numbers.
+        Function from results to estimates.
     judge
-        From numbers to the verdict.
+        Rule from estimates to the verdict.
     remark
-        What a reader has to know of the verdict, printed beside it.
+        Qualification of the verdict, printed beside it.
     """
 
     id: str
@@ -154,32 +153,32 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A claim together with what was measured and the verdict that its rule gives."""
+    """Claim with its measured estimates and the verdict of its rule."""
 
     claim: Claim
     measured: Measured
     verdict: Verdict = field(init=False)
 
     def __post_init__(self) -> None:
-        """Let the rule decide; nobody else can."""
+        """Set the verdict by the rule."""
         object.__setattr__(self, "verdict", self.claim.judge.decide(self.measured))
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One row of the sensitivity map: a claim measured and judged again under some reading.
+    """Row of the sensitivity map: a claim measured and judged under one reading.
 
     Attributes
     ----------
     finding
-        The claim with what was measured there, and its rule's verdict.
+        Claim with the estimates under this reading, and its rule's verdict.
     reading
-        The default, or what was changed from it.
+        Label of the default reading, or of the change from it.
     trials
-        Of the point that had fewest.
+        Smallest number of trials of a point.
     fallbacks
-        Share of directional slots whose beams were a fallback, in the point and scheme that had
-        most, of those that the claim is measured on.
+        Largest share of directional slots with fallback beams, over the points and schemes that the
+        claim uses.
     """
 
     finding: Finding
@@ -189,12 +188,12 @@ class Entry:
 
     @property
     def fallback(self) -> bool:
-        """Whether most beams were a fallback, so that the row says little of the design."""
+        """Whether most beams were a fallback, so that the row does not evaluate the design."""
         return self.fallbacks > 0.5
 
     @property
     def judgement(self) -> Judgement:
-        """The verdict, unless there is no design to judge or no number."""
+        """Verdict, or "not judged" if most beams were a fallback or there is no number."""
         numbers = self.finding.measured.estimates.values()
         if self.fallback or any(math.isnan(one.value) for one in numbers):
             return "not judged"

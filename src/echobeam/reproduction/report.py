@@ -23,7 +23,7 @@ def write_claims(
     directory: Path,
     sensitivity: Sequence[Entry] = (),
 ) -> None:
-    """Write both files, each whole or not at all."""
+    """Write both files, each atomically."""
     texts = {
         "claims.json": json.dumps(document(findings, sensitivity), indent=1, allow_nan=False)
         + "\n",
@@ -37,7 +37,7 @@ def write_claims(
 def document(
     findings: Sequence[Finding], sensitivity: Sequence[Entry] = ()
 ) -> dict[str, list[dict[str, object]]]:
-    """Return findings and map as JSON knows them: what is not a finite number is null."""
+    """Return findings and map as a JSON document; NaN and infinity become null."""
     found = {"claims": [_entry(finding) for finding in findings]}
     return found | ({"sensitivity": [_mapped(one) for one in sensitivity]} if sensitivity else {})
 
@@ -77,8 +77,8 @@ def _number(value: float) -> float | None:
 
 
 def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[Entry] = ()) -> str:
-    """Return the findings as a table to read, the sensitivity map, every reading and rule."""
-    hangs = "; the sensitivity map shows how much hangs on it" if sensitivity else ""
+    """Return the page: the table of findings, the sensitivity map, all readings and rules."""
+    effect = "; the sensitivity map shows the effect of other values" if sensitivity else ""
     counts = [sum(one.verdict == verdict for one in findings) for verdict in VERDICTS]
     said = ", ".join(f"{count} {verdict}" for count, verdict in zip(counts, VERDICTS, strict=True))
     lines = [
@@ -87,15 +87,15 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
         f"{len(findings)} claims: {said}. echobeam {__version__}, {results.trials} trials per "
         f"point and {HEADLINE_SHARE:g} times as many for the two percentages, seed "
         f"{results.seed}; intervals are 95 %. Verdicts are computed by the rules "
-        "below, from intervals: where trials are too few to tell, the lesser verdict stands, and "
-        "more trials may change it. Of a claim's several numbers the table shows the first, with "
-        "its name; all of them, how each was measured, and the rules stand below. *Within 20 %, "
+        "below, from intervals: with too few trials for a decision the weaker verdict is given, "
+        "and more trials may change it. If a claim has several numbers the table shows the first, "
+        "with its name; all numbers, their measures and the rules are below. *Within 20 %, "
         "calibrated*: the rule for a printed number, met with parameters that the paper does not "
-        "give and that were chosen because they meet it. *By construction*: it follows from the "
-        "definition of the schemes.",
+        "give and that were chosen because they meet it. *By construction*: the claim follows from "
+        "the definition of the schemes.",
         "",
-        f"Calibrated: {CALIBRATED}. Agreement is evidence for that reading of the "
-        f"paper, not an independent confirmation{hangs}.",
+        f"Calibrated: {CALIBRATED}. Agreement supports this reading of the "
+        f"paper, but is not an independent confirmation{effect}.",
         "",
         "| Figure | Claim | Paper | Ours | Verdict |",
         "|---|---|---|---|---|",
@@ -108,7 +108,7 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
 
 
 def _map(sensitivity: Sequence[Entry]) -> list[str]:
-    """Return for each mapped claim over which readings it holds."""
+    """Return the table of the readings under which each mapped claim holds."""
     by_claim: dict[str, list[Entry]] = {}
     for one in sensitivity:
         by_claim.setdefault(one.finding.claim.id, []).append(one)
@@ -121,11 +121,11 @@ def _map(sensitivity: Sequence[Entry]) -> list[str]:
         "## Sensitivity of the claims",
         "",
         f"Every claim of {', '.join(figures)}, measured and judged again by its own rule under "
-        "each of these readings that touches what it is measured on; the numbers stand in "
+        "each of these readings that affects its measurement; the numbers are in "
         f"`claims.json`. {firm} of {len(by_claim)} get the default's verdict wherever they are "
         f'judged. {_trials(sensitivity)} Two objects have fewer; "fewer trials" changes '
-        "nothing else: where its verdict is a lesser one, so may be others for want of trials. "
-        "Not judged: most beams were a fallback, or there is nothing to measure (a share of no "
+        "nothing else: if its verdict is weaker, the others may be so for lack of trials. "
+        "Not judged: most beams were a fallback, or the measure is undefined (a share of a zero "
         "floor). Claims of other figures were not mapped.",
         "",
         f"| Claim | Default | {' | '.join(one.capitalize() for one in JUDGEMENTS)} |",
@@ -135,7 +135,7 @@ def _map(sensitivity: Sequence[Entry]) -> list[str]:
 
 
 def _trials(sensitivity: Sequence[Entry]) -> str:
-    """Return a sentence on how many trials the map rests on."""
+    """Return a sentence on the numbers of trials of the map."""
     default, changed = (
         sorted({one.trials for one in sensitivity if (one.reading == DEFAULT.label) is wanted})
         for wanted in (True, False)
@@ -145,12 +145,12 @@ def _trials(sensitivity: Sequence[Entry]) -> str:
 
 
 def _firm(entries: Sequence[Entry]) -> bool:
-    """Whether a claim gets one verdict wherever it is judged."""
+    """Return whether a claim has the same verdict wherever it is judged."""
     return len({one.judgement for one in entries} - {"not judged"}) == 1
 
 
 def _over(name: str, entries: Sequence[Entry]) -> str:
-    """Return a claim's row: the default's verdict, then the readings that lead to each."""
+    """Return a claim's row: the default's verdict, then the readings for each verdict."""
     default = next(one.judgement for one in entries if one.reading == DEFAULT.label)
     cells = [
         gathered(
@@ -164,7 +164,7 @@ def _over(name: str, entries: Sequence[Entry]) -> str:
 
 
 def gathered(readings: Iterable[str]) -> str:
-    """Return readings in a line; what they differ from each other in a number in is said once."""
+    """Return readings as a line; readings that differ by a number share their words."""
     by_key: dict[str, list[str]] = {}
     for reading in readings:
         key, _, value = reading.rpartition(" ")
@@ -197,7 +197,7 @@ def _paragraph(finding: Finding) -> str:
 
 
 def written(estimate: Estimate, unit: str = "") -> str:
-    """Return a number with its interval and unit as it is printed."""
+    """Return a number with its interval and unit as text."""
     if estimate.low == estimate.value == math.inf:
         return "none"
     if math.isnan(estimate.value):
@@ -211,7 +211,7 @@ def written(estimate: Estimate, unit: str = "") -> str:
 
 
 def _end(x: float, estimate: Estimate, digits: int) -> str:
-    """Return a number, or on which side it lies of what was looked at."""
+    """Return a number as text, or on which side of the evaluated range it is."""
     if math.isfinite(x):
         return f"{x:.{digits}f}"
     if estimate.looked is None or math.isnan(x):
@@ -220,7 +220,7 @@ def _end(x: float, estimate: Estimate, digits: int) -> str:
 
 
 def _decimals(estimate: Estimate) -> int:
-    """Return decimals that show two digits of the interval's half-width, or three in all."""
+    """Return the decimals for two digits of the interval's half-width, else three digits."""
     if not estimate.random and math.isfinite(estimate.value):
         plain = f"{estimate.value:.3g}"
         if "e" not in plain:

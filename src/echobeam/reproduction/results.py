@@ -1,4 +1,4 @@
-"""Results by name: sum rates, errors and kept arrays of every setup."""
+"""Results by name: sum rates, errors and stored arrays of every setup."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from echobeam.values import Array
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One point's results.
+    """Results of one point.
 
     Attributes
     ----------
     point
-        What was run.
+        Point that was run.
     statistics
-        Its statistics; ``sum_rate`` is (scheme, trial, slot).
+        Statistics of the point; ``sum_rate`` is (scheme, trial, slot).
     kept
-        Arrays of the point's ``keep``, laid out as in a result file.
+        Arrays of the variables in the point's ``keep``, with the dimensions of a result file.
     asked
-        Schemes that were asked for so far: what a measure hangs on.
+        Schemes that were accessed so far, on which a measure depends.
     """
 
     point: Point
@@ -39,7 +39,7 @@ class Outcome:
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario that was run."""
+        """Scenario that was run."""
         return self.point.scenario
 
     def sum_rate(self, scheme: str) -> Array:
@@ -48,7 +48,7 @@ class Outcome:
         return rate
 
     def of(self, variable: str, scheme: str) -> Array:
-        """Return a kept variable of one scheme, ``(trial, slot, object, ...)``."""
+        """Return a stored variable of one scheme, ``(trial, slot, object, ...)``."""
         found: Array = self.kept[variable][self._index(scheme)]
         return found
 
@@ -70,7 +70,7 @@ class Outcome:
 
 
 class Results:
-    """Outcomes by the name of their setup."""
+    """Outcomes by name of the setup."""
 
     def __init__(self, outcomes: Sequence[Outcome], trials: int, seed: int) -> None:
         self.outcomes = {outcome.point.name: outcome for outcome in outcomes}
@@ -82,11 +82,10 @@ class Results:
         return self.outcomes[name]
 
     def under(self, variation: Variation, names: Collection[str]) -> Results:
-        """Return the results as they are if one reading of the setups named is changed.
+        """Return the results with one reading of the named setups changed.
 
-        What was run of them under the variation stands under their own name and their own
-        schemes' names, so that what measures the one measures the other; all else stays. Nothing
-        was asked for yet.
+        Outcomes under the variation have the names of the default setups and schemes, so that the
+        same measures apply; all others are unchanged. The record of accessed schemes is empty.
         """
         outcomes = []
         for name, own in self.outcomes.items():

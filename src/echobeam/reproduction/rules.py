@@ -1,4 +1,4 @@
-"""Rules that turn measured numbers into verdicts. Each can say all that it claims to tell apart."""
+"""Rules from measured numbers to verdicts. Each rule can return all of its verdicts."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from echobeam.reproduction.records import Estimate, Measured, Rule, Verdict
 
 
 def near(paper: float, share: float = 0.2) -> Rule:
-    """Compare the headline with a number that the paper prints.
+    """Compare the headline with a number printed in the paper.
 
-    The paper gives no interval and not all of its parameters, so that a tolerance has to stand
-    for both. The sign is demanded of our whole interval, and agreement is claimed only where our
-    own number is known as well as the tolerance.
+    The paper gives no interval and not all of its parameters, hence the tolerance. Our whole
+    interval must have the right sign, and agreement requires that its half-width is within the
+    tolerance.
 
     Parameters
     ----------
     paper
         The printed value, positive.
     share
-        Tolerance as a share of it.
+        Tolerance as a share of this value.
     """
     low, high = (1 - share) * paper, (1 + share) * paper
 
@@ -72,7 +72,7 @@ def within(targets: dict[str, tuple[float, float]], ordering: tuple[str, str]) -
     targets
         Range of each.
     ordering
-        Two names; if ranges are missed but the first's interval is below the second's: in part.
+        Two names; in part if ranges are missed but the first's interval is below the second's.
     """
 
     def decide(measured: Measured) -> Verdict:
@@ -105,22 +105,22 @@ def _all(words: str, holds: Callable[[Estimate], bool]) -> Rule:
 
 
 def _inside(one: Estimate, low: float, high: float) -> bool:
-    """Whether a whole interval lies in a range."""
+    """Return whether a whole interval lies in a range."""
     return low <= one.low and one.high <= high
 
 
 def inside(low: float, high: float, least: float, most: float, unit: str) -> Rule:
-    """Compare the headline with a range that the paper gives.
+    """Compare the headline with a range given in the paper.
 
     Parameters
     ----------
     low, high
         The paper's range.
     least, most
-        What was looked at. An interval that reaches beyond tells nothing of where it is; one in
-        there whose value is outside the paper's range is half the claim.
+        Evaluated range. An interval that reaches beyond it determines no position; one inside it
+        with a value outside the paper's range gives "in part".
     unit
-        Of all of them.
+        Unit of all ranges.
     """
 
     def decide(measured: Measured) -> Verdict:

@@ -1,4 +1,4 @@
-"""From chosen figures to a directory of pictures, data and verdicts."""
+"""Reproduction of chosen figures to a directory of pictures, data and verdicts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from echobeam.store.writing import StoreError, clear_leftovers, make_writable
 from echobeam.sweeps.points import run_study, study_in
 
 TRIALS, QUICK_TRIALS = 200, 20
-"""Trials per point, and those of a quick look."""
+"""Number of trials per point, by default and with ``quick``."""
 
 DATA = ("csv", "json")
 """Suffixes of the figures' numbers."""
@@ -31,22 +31,22 @@ CLAIM_FILES = ("claims.json", "claims.md")
 
 @dataclass(frozen=True, slots=True)
 class Reproduction:
-    """What is to be reproduced, and where.
+    """Figures to reproduce, and their directory.
 
     Attributes
     ----------
     ids
         Figures' ids; none means all.
     out
-        Directory of the pictures, made if need be; ``blocks`` in it keeps what was run.
+        Directory of the pictures, made if necessary, with the finished blocks in ``blocks``.
     trials, seed
         Trials per point, and the seed of all randomness.
     formats
-        Suffixes of the pictures; PDF and SVG are for papers and have no captions inside.
+        Suffixes of the pictures; PDF and SVG are for papers and contain no captions.
     workers
         Processes on this machine, or a cluster.
     resume, force
-        Go on with what is there; replace it.
+        Continue an interrupted run; replace existing files.
     """
 
     ids: tuple[str, ...] = ()
@@ -60,14 +60,14 @@ class Reproduction:
 
 
 def reproduce(task: Reproduction, progress: Progress = lambda done, total: None) -> list[Finding]:
-    """Run, draw and judge; return the findings, which stand in ``claims.json`` as well.
+    """Run, draw and judge; return the findings, which are also in ``claims.json``.
 
     Raises
     ------
     InputError
-        If an id is unknown, or something is in the way.
+        If an id is unknown, or a file exists already.
     RunError
-        If the work could not be finished; what is done is kept.
+        If the run could not be finished; its finished blocks stay on disk.
     """
     figures = choose(task.ids)
     picture_formats(task.formats)
@@ -96,18 +96,18 @@ def outputs(task: Reproduction, figures: Sequence[Figure]) -> list[Path]:
 
 
 def setups_of(figures: Sequence[Figure]) -> list[Setup]:
-    """Return the setups of some figures, each once."""
+    """Return the distinct setups of some figures."""
     return list({setup.name: setup for figure in figures for setup in figure.points}.values())
 
 
 def _check(task: Reproduction, figures: Sequence[Figure]) -> None:
-    """Make the directory; refuse to overwrite what was not asked to be overwritten."""
+    """Make the directory; refuse to overwrite files without ``force``."""
     make_writable(task.out)
     there = [path for path in outputs(task, figures) if path.exists()]
     if there and not (task.force or task.resume):
         raise StoreError(
-            f"{there[0]}: exists already; give another --out, --resume to go on from what is "
-            "there, or --force to begin anew"
+            f"{there[0]}: exists already; give another --out, --resume to continue an "
+            "earlier run, or --force to start again"
         )
 
 

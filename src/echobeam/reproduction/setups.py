@@ -11,13 +11,13 @@ from echobeam.scenario.model import Scenario
 from echobeam.sweeps.points import Point
 
 ANTENNAS = (20, 30, 40)
-"""Sizes of the arrays that serve one object; the paper's 30 lies in the middle."""
+"""Array sizes for one object, around the paper's 30 antennas."""
 
 ANTENNAS_FOR_TWO = (30, 40, 50)
-"""Sizes of the arrays that serve two: smaller ones cannot keep the floor of 4e-4."""
+"""Array sizes for two objects: smaller arrays cannot meet the rate floor of 4e-4."""
 
 HEIGHTS = (95, 100, 105, 110, 115, 120)
-"""Heights of the comparison with water-filling, m; the paper draws 100, 105 and 110."""
+"""Heights of the comparison with water-filling, m; the paper shows 100, 105 and 110."""
 
 RESOLUTIONS = (0.1, 0.2, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
 """Angular resolutions, deg."""
@@ -32,27 +32,27 @@ CALIBRATED = (
     "P_T = 1, ripple 0.1 N_t, min_rate 4e-4 and the pilot's held coverage beam are not in the "
     "paper; they were chosen because they agree with its numbers"
 )
-"""Said with every claim that hangs on values chosen after the fact."""
+"""Note on every claim that depends on calibrated values."""
 
 Overrides = tuple[tuple[str, object], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """One scenario to be run; setups of the same name are the same.
+    """Scenario to be run; setups with the same name are equal.
 
     Attributes
     ----------
     name
-        Tells it from the others.
+        Unique name.
     preset, overrides
         A built-in scenario and dotted keys of it with their values.
     schemes
-        By name.
+        Names of the schemes.
     keep
-        Variables of the result that are kept trial by trial, besides the statistics.
+        Variables of the result stored trial by trial, besides the statistics.
     share
-        Trials as a share of those asked for.
+        Number of trials as a share of the requested one.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Setup:
         return _load(self.preset, self.overrides)
 
     def point(self, trials: int) -> Point:
-        """Return what a study runs for it."""
+        """Return the point of a study for this setup."""
         count = max(2, round(self.share * trials))
         return Point(self.name, self.scenario(), self.schemes, count, self.keep)
 
@@ -78,22 +78,22 @@ def _load(preset: str, overrides: Overrides) -> Scenario:
 
 
 def _array(n: int, ripple: float = RIPPLES[0]) -> Overrides:
-    """Return the arrays' size, and the ripple that scales with it."""
+    """Return the overrides for an array size, and the ripple that scales with it."""
     return (("array.n_tx", n), ("coverage.ripple", f"{ripple:g} N_t"))
 
 
 HEADLINE_SHARE = 15.0
-"""Trials of the paper's two percentages as a share of the others': 3,000 by default, so that their
-95 % intervals are about 1.5 points wide on either side."""
+"""Trials for the paper's two percentages, relative to the other setups: 3,000 by default, for 95 %
+intervals of about plus or minus 1.5 percentage points."""
 
 
 def headline(preset: str) -> Setup:
-    """Return a frame whose improvement in slot 6 the paper puts into numbers."""
+    """Return a frame whose improvement in slot 6 the paper gives as a number."""
     return Setup(f"headline-{preset}", preset, share=HEADLINE_SHARE)
 
 
 def multi(n: int = 30) -> Setup:
-    """Return the paper's two objects, seen by arrays of some size."""
+    """Return the paper's two objects, for a given array size."""
     keep = ("truth", "predicted", "estimated", "beam", "rate")
     return Setup(f"multi-n{n}", "paper-multi", overrides=_array(n), keep=keep)
 
@@ -114,13 +114,13 @@ BRAKING = 8.0
 
 
 def manoeuvre() -> Setup:
-    """Return the same objects while one brakes hard and the other accelerates as hard."""
+    """Return the same objects, one braking and one accelerating by `BRAKING`."""
     accelerations = (("objects.0.acceleration", -BRAKING), ("objects.1.acceleration", BRAKING))
     return Setup("manoeuvre", "paper-long", overrides=accelerations)
 
 
 def trajectory() -> Setup:
-    """Return the paper's trajectories; they are long, and a quarter of the trials shows them."""
+    """Return the paper's trajectories, with a quarter of the trials, since they are long."""
     keep = (
         "truth", "predicted", "estimated", "estimated_cov", "uav_position", "uav_velocity"
     )  # fmt: skip
@@ -128,7 +128,7 @@ def trajectory() -> Setup:
 
 
 def height(metres: int) -> Setup:
-    """Return the single object at 45 degrees, seen from some height."""
+    """Return the single object at 45 degrees, for a given height."""
     return Setup(
         f"height-{metres}",
         "paper-height",
@@ -151,20 +151,20 @@ def resolution(n: int, metres: int, degrees: float, ripple: float = RIPPLES[0]) 
 
 @dataclass(frozen=True, slots=True)
 class Variation:
-    """One reading changed from the default, whatever the setup.
+    """Change of one reading from the default, for any setup.
 
     Attributes
     ----------
     label
-        What is changed, the value last.
+        Text of the change, the value last.
     overrides
-        Dotted keys with their other values.
+        Dotted keys with their changed values.
     power
-        P_T as a multiple of the setup's; a floor keeps its proportion to it.
+        P_T as a multiple of the setup's; a rate floor is scaled in proportion.
     stands_in
-        Schemes that are run in the place of others, by the name of those.
+        Replacements of schemes, by name of the replaced scheme.
     floored
-        Whether it says something only of setups that have a floor.
+        Whether it affects only setups with a rate floor.
     """
 
     label: str
@@ -174,7 +174,7 @@ class Variation:
     floored: bool = False
 
     def touches(self, setup: Setup) -> bool:
-        """Return whether anything of a setup becomes another under it."""
+        """Return whether the variation changes a setup."""
         if self.floored:
             return _floor(setup) > 0
         if self.stands_in:
@@ -184,14 +184,14 @@ class Variation:
         return _load(setup.preset, (*setup.overrides, *self.overrides)) != setup.scenario()
 
     def named(self, name: str) -> str:
-        """Return what a setup of some name is called under it."""
+        """Return the name of a setup under the variation."""
         return f"{name}, {self.label}"
 
 
 DEFAULT = Variation("default reading")
 
 VARIATIONS = (
-    # nothing changed: tells what is owed to the number of trials alone
+    # nothing else changed: shows the effect of the number of trials
     Variation("fewer trials", floored=True),
     *(Variation(f"P_T = {power:g}", power=power) for power in (0.5, 2.0, 10.0)),
     *(Variation(f"ripple {ripple:g}", (("coverage.ripple", ripple),)) for ripple in (1.0, 5.0)),
@@ -204,7 +204,7 @@ VARIATIONS = (
     Variation("cover by the prior's own deviation", (("coverage.spread", "posterior"),)),
     Variation("process noise in nature", (("truth.process_noise", True),)),
     Variation("pilot held on a needle beam", stands_in={"pilot": "pilot-needle"}),
-    # for two objects the exact bound asks for coverage that no beam gives above the floor
+    # for two objects the exact bound requires coverage that no beam provides above the floor
     Variation("exact CRB", (("radar.crb", "exact"),)),
     Variation(
         "exact CRB with min_rate 0",
@@ -212,15 +212,15 @@ VARIATIONS = (
         floored=True,
     ),
 )
-"""One reading at a time around the default: P_T = 1, ripple 0.1 N_t, floor 4e-4, the paper's CRB
+"""Variations of one reading from the default: P_T = 1, ripple 0.1 N_t, floor 4e-4, the paper's CRB
 at the prediction, cover around the prediction."""
 
 MAP_SHARE = 0.3
-"""Trials of a changed reading as a share of the default's, where floors make them costly."""
+"""Trials of a changed reading as a share of the default's, if a floor makes them expensive."""
 
 
 def varied(setup: Setup, variation: Variation) -> Setup:
-    """Return a setup under a variation, with fewer trials if it has a floor."""
+    """Return a setup under a variation, with fewer trials if it has a rate floor."""
     return replace(
         setup,
         name=variation.named(setup.name),
@@ -231,7 +231,7 @@ def varied(setup: Setup, variation: Variation) -> Setup:
 
 
 def _scaled(setup: Setup, power: float) -> Overrides:
-    """Return a multiple of P_T, and of the floor where there is one."""
+    """Return a multiple of P_T, and of the rate floor if there is one."""
     if power == 1.0:
         return ()
     scaled: Overrides = (("radio.power", power * setup.scenario().radio.power),)

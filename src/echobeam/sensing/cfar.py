@@ -52,7 +52,7 @@ def threshold_factor(cells: int, false_alarm: float, kind: Cfar) -> float:
     """
     match kind:
         case "cell-averaging":
-            return cells * (false_alarm ** (-1.0 / cells) - 1.0)
+            return float(cells * (false_alarm ** (-1.0 / cells) - 1.0))
         case "ordered-statistic":
             return _ordered_factor(cells, false_alarm)
         case _:

@@ -141,6 +141,28 @@ def find_echoes(signal: ComplexArray, known: Receiver, count: int, processing: P
     )
 
 
+def angle_by_capon(signal: ComplexArray, found: Echo, known: Receiver) -> Array:
+    """Return the angles ``(T, D)`` of echoes that were found, by Capon's spectrum.
+
+    Parameters
+    ----------
+    signal
+        ``(T, N_r, N, M)``.
+    found
+        The echoes, which give delay, Doppler and the direction of the search.
+    known
+        The receiver.
+    """
+    flat = signal.reshape(*signal.shape[:-2], -1)
+    nothing, silent = np.zeros(len(flat)), np.zeros(len(flat), dtype=np.complex128)
+    angles = []
+    for place in range(found.angle.shape[-1]):
+        u = known.receiver.frequency(found.angle[:, place])
+        start = Point(u, found.delay[:, place], found.doppler[:, place], silent, nothing)
+        angles.append(angle_of(known.receiver, _by_capon(flat, start, known).u))
+    return np.stack(angles, axis=-1)
+
+
 def _together(
     signal: ComplexArray, points: list[Point], valid: list[BoolArray], known: Receiver
 ) -> list[Point]:
@@ -227,6 +249,6 @@ def _by_capon(signal: ComplexArray, point: Point, known: Receiver) -> Point:
     pieces = np.array_split(np.arange(wave.elements), parts)
     snapshots = np.stack([compressed[..., piece].sum(axis=-1) for piece in pieces], axis=-1)
     correlated = turned @ np.conj(np.swapaxes(known.streams, -1, -2))
-    inverse: ComplexArray = np.linalg.inv(covariance(snapshots))
+    inverse = np.linalg.inv(covariance(snapshots)).astype(np.complex128)
     u = capon_direction(correlated, inverse, point.u, known)
     return at(signal, u, point.delay, point.doppler, known)

@@ -36,13 +36,11 @@ def weights(replica: ComplexArray, kind: Filter, noise_over_echo: Array | float)
         case "reciprocal":
             square = np.abs(replica) ** 2
             floor = np.finfo(np.float64).tiny
-            inverse: ComplexArray = np.conj(replica) / np.maximum(square, floor)
-            inverse[square <= floor] = 0.0
-            return inverse
+            return np.asarray(np.conj(replica) / np.maximum(square, floor) * (square > floor))
         case "lmmse":
             level = np.asarray(noise_over_echo, dtype=np.float64)[..., None, None]
-            scaled: ComplexArray = np.conj(replica) / (np.abs(replica) ** 2 + level)
-            return scaled
+            scaled = np.conj(replica) / (np.abs(replica) ** 2 + level)
+            return np.asarray(scaled, dtype=np.complex128)
         case _:
             assert_never(kind)
 

@@ -1,4 +1,4 @@
-"""Assumptions of the model, with the numbers that say whether a scenario keeps to them."""
+"""Assumptions of the model, with the numbers that decide whether they hold in a scenario."""
 
 from __future__ import annotations
 
@@ -16,36 +16,36 @@ from echobeam.simulation.world import World
 from echobeam.units import SPEED_OF_LIGHT
 
 MOST_SLOTS = 10_000
-"""Slots of a run whose motion is looked at, from the first on."""
+"""Largest number of slots of a run whose motion is checked, from the first slot."""
 
 THRESHOLD = 10.0**1.5
-"""SNR of the whole receive array, linear, from which estimators reach the bound: 15 dB.
+"""Threshold of the SNR after the receive array, linear: estimators reach the bound above 15 dB.
 
-Maximum likelihood of the angle at 30 antennas: RMSE over the exact bound 1.01 to 1.04 from 15 dB
-up, several times the bound below 13 dB, where outliers take over.
+Measured for the maximum likelihood estimate of the angle at 30 antennas: RMSE over the exact bound
+is 1.01 to 1.04 above 15 dB, and several times the bound below 13 dB, where outliers dominate.
 """
 
 ROAD_SPEED = 30.0
-"""Speed of road traffic, m/s: a velocity known no better is not known."""
+"""Speed of road traffic, m/s: a standard deviation above it leaves the velocity unknown."""
 
 SQUINT = 0.1
-"""Largest bandwidth times transit time over the array for which delays are taken as phases."""
+"""Largest product of bandwidth and transit time over the array of a narrow-band model, 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """Assumption of the model, and whether a scenario keeps to it.
+    """Assumption of the model, and whether it holds in a scenario.
 
     Attributes
     ----------
     name
-        In a few words.
+        Name in a few words.
     statement
-        In a sentence, with its numbers.
+        Sentence with the numbers.
     holds
-        None where a scenario does not say.
+        Whether it holds; None if the scenario does not determine it.
     value, limit
-        Number and its bound, both in `unit`; NaN where there are none.
+        Number and its bound, both in `unit`; NaN if there are none.
     unit
         SI unit.
     """
@@ -60,16 +60,16 @@ class Assumption:
 
 @dataclass(frozen=True, slots=True)
 class Extremes:
-    """Extremes of a run's motion, without nature's noise; NaN where nobody is in the scene.
+    """Extremes of a run's motion, without process noise; NaN if no object is in the scene.
 
     Attributes
     ----------
     slots
-        Slots looked at.
+        Number of slots checked.
     nearest
         Smallest distance of an object, m.
     closing
-        Largest closing or opening speed, m/s.
+        Largest radial speed, m/s.
     turning
         Largest rate of an object's angle, rad/s.
     """
@@ -81,7 +81,7 @@ class Extremes:
 
 
 def extremes(world: World) -> Extremes:
-    """Return the extremes of the motion from a world's slot on."""
+    """Return the extremes of the motion from the world's current slot on."""
     count = min(world.scene.scenario.n_slots, MOST_SLOTS)
     nearest = closing = turning = math.nan
     for slot in range(count):
@@ -105,11 +105,11 @@ def assumptions(
     Parameters
     ----------
     objects
-        Budgets of a slot.
+        Budgets of the objects in a slot.
     scale
-        Of the powers.
+        Scale of powers.
     motion
-        Of the run.
+        Extremes of the run's motion.
     """
     moving = (_far_field, _range_migration, _angle_migration, _doppler, _turning_phase)
     seen = (_threshold, _velocity, _grid, _widest, _separated, _blind)
@@ -140,16 +140,16 @@ def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
     return [
         Assumption(
             "monostatic",
-            "transmit and receive array are at one place",
+            "transmit and receive array are at the same place",
         ),
         *_side(scenario),
         Assumption(
             "self-interference",
-            "echoes are received while the UAV sends, its own signal being cancelled down to the "
-            f"noise, by {_db(isolation)} dB",
+            "echoes are received while the UAV transmits; self-interference is cancelled to the "
+            f"noise level, by {_db(isolation)} dB",
         ),
         Assumption("line of sight", "one path to each object: no blockage, no multipath"),
-        Assumption("no clutter", "echoes come from the objects alone, and it is known from which"),
+        Assumption("no clutter", "all echoes come from objects, and each object is identified"),
         Assumption("constant cross-section", "targets are points and do not fluctuate"),
     ]
 
@@ -158,7 +158,7 @@ def _far_field(scenario: Scenario, motion: Extremes) -> Assumption:
     start = far_field(scenario)
     return Assumption(
         "far field",
-        f"waves are plane from 2 D^2 / lambda = {start:.3g} m on; the nearest object is "
+        f"wavefronts are plane beyond 2 D^2 / lambda = {start:.3g} m; the nearest object is "
         f"{motion.nearest:.3g} m away",
         motion.nearest >= start,
         motion.nearest,
@@ -173,8 +173,8 @@ def _narrow_band(scenario: Scenario) -> Assumption:
     ratio = transit * radar.bandwidth
     return Assumption(
         "narrow band",
-        f"a wave crosses the array in {transit * 1e9:.3g} ns, {ratio:.2g} of 1 / bandwidth; up "
-        f"to {SQUINT:g} beams do not squint",
+        f"a wave crosses the array in {transit * 1e9:.3g} ns, {ratio:.2g} of 1 / bandwidth; beams "
+        f"do not squint up to {SQUINT:g}",
         ratio <= SQUINT,
         ratio,
         SQUINT,
@@ -185,7 +185,7 @@ def _pulse(scenario: Scenario) -> Assumption:
     pulse, slot = scenario.radar.pulse_length, scenario.frame.slot
     return Assumption(
         "pulse within the slot",
-        f"a pulse of {pulse * 1e6:.4g} us is measured in a slot of {slot * 1e3:.4g} ms",
+        f"a pulse of {pulse * 1e6:.4g} us must fit into a slot of {slot * 1e3:.4g} ms",
         pulse <= slot,
         pulse,
         slot,
@@ -213,8 +213,8 @@ def _grating(scenario: Scenario, objects: Sequence[ObjectBudget]) -> Assumption:
     limit = 1.0 / (1.0 + farthest)
     return Assumption(
         "no grating lobes",
-        f"antennas {scenario.array.spacing:.3g} wavelengths apart; beams at the objects have one "
-        f"main lobe up to {limit:.3g}",
+        f"antennas are {scenario.array.spacing:.3g} wavelengths apart; beams towards the objects "
+        f"have a single main lobe up to {limit:.3g}",
         scenario.array.spacing <= limit,
         scenario.array.spacing,
         limit,
@@ -226,7 +226,7 @@ def _range_migration(scenario: Scenario, motion: Extremes) -> Assumption:
     cell = SPEED_OF_LIGHT / (2.0 * scenario.radar.bandwidth)
     return Assumption(
         "no range migration",
-        f"within a slot distances change by up to {path:.3g} m of a range cell of {cell:.3g} m",
+        f"within a slot distances change by up to {path:.3g} m; a range cell is {cell:.3g} m",
         path <= cell,
         path,
         cell,
@@ -239,8 +239,8 @@ def _angle_migration(scenario: Scenario, motion: Extremes) -> Assumption:
     half = _half_beam(scenario)  # broadside, where a beam is narrowest
     return Assumption(
         "no angle migration",
-        f"within a slot angles change by up to {math.degrees(turn):.2g} degrees of the "
-        f"{math.degrees(half):.2g} from a beam's centre to half power",
+        f"within a slot angles change by up to {math.degrees(turn):.2g} degrees; half of a beam's "
+        f"half-power width is {math.degrees(half):.2g}",
         turn <= half,
         turn,
         half,
@@ -266,8 +266,8 @@ def _turning_phase(scenario: Scenario, motion: Extremes) -> Assumption:
     turns = _largest_doppler(scenario, motion) * scenario.radar.pulse_length
     return Assumption(
         "steady phase within a pulse",
-        f"over a pulse an echo's phase turns by up to {turns:.2g} cycles; beyond half of one the "
-        "matched filter is taken as a bank of Dopplers",
+        f"within a pulse an echo's phase turns by up to {turns:.2g} cycles; beyond half a cycle "
+        "the matched filter must be a bank over Doppler",
         turns <= 0.5,
         turns,
         0.5,
@@ -283,7 +283,7 @@ def _threshold(scenario: Scenario, objects: Sequence[ObjectBudget]) -> Assumptio
     beam = min(one.beam_echo.array_snr for one in objects)
     return Assumption(
         "measurements reach their bound",
-        f"echoes of the whole receive array have {_db(omni)} dB in the omnidirectional slot and "
+        f"the echo SNR after the receive array is {_db(omni)} dB in the omnidirectional slot and "
         f"{_db(beam)} dB in a beam; real estimators reach the bound from {_db(THRESHOLD)} dB",
         omni >= THRESHOLD,
         omni,
@@ -295,12 +295,14 @@ def _velocity(scenario: Scenario, objects: Sequence[ObjectBudget]) -> Assumption
     worst = max(one.omni_echo.velocity_std for one in objects)
     prior = scenario.filter.velocity_prior
     known = min(worst, prior) if prior > 0 else worst
-    told = f"to {worst:.3g} m/s" if math.isfinite(worst) else "not at all"
-    before = f"the prior has {prior:.3g} m/s" if prior > 0 else "there is no prior"
+    from_doppler = f"to {worst:.3g} m/s" if math.isfinite(worst) else "not at all"
+    before = (
+        f"the prior's standard deviation is {prior:.3g} m/s" if prior > 0 else "there is no prior"
+    )
     return Assumption(
         "velocity known from the first slot",
-        f"the first Doppler gives the velocity {told}, and {before}; road traffic has some "
-        f"{ROAD_SPEED:g} m/s",
+        f"the first Doppler determines the velocity {from_doppler}, and {before}; road traffic "
+        f"moves at about {ROAD_SPEED:g} m/s",
         known <= ROAD_SPEED,
         known,
         ROAD_SPEED,
@@ -309,7 +311,7 @@ def _velocity(scenario: Scenario, objects: Sequence[ObjectBudget]) -> Assumption
 
 
 def _cover(scenario: Scenario, objects: Sequence[ObjectBudget], of: str) -> list[float]:
-    """Return l sigma_theta of Eq. (38f) after either transmission."""
+    """Return l sigma_theta of Eq. (38f) after each of the two transmissions."""
     return [scenario.coverage.width * getattr(one, of).angle_std for one in objects]
 
 
@@ -347,7 +349,7 @@ def _separated(scenario: Scenario, objects: Sequence[ObjectBudget]) -> Assumptio
     nearest = float(np.diff(seen).min(initial=math.inf))
     cell = 2.0 * _half_beam(scenario)
     apart = (
-        f"the nearest two differ by {nearest:.2g} in the "
+        f"the nearest two objects differ by {nearest:.2g} in the "
         + ("sine" if array.axis == "vertical" else "cosine")
         if math.isfinite(nearest)
         else "there is one object"
@@ -364,7 +366,7 @@ def _separated(scenario: Scenario, objects: Sequence[ObjectBudget]) -> Assumptio
 def _blind(scenario: Scenario, objects: Sequence[ObjectBudget]) -> Assumption:
     worst = max(one.omni_echo.angle_std for one in objects)
     return Assumption(
-        "array sees changes of the angle",
+        "array sensitive to the angle",
         f"the first angle has a standard deviation of {math.degrees(worst):.3g} degrees at most"
         if math.isfinite(worst)
         else "an object lies along the array's axis, or the array has one antenna: no angle",

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 AnyArray = npt.NDArray[np.generic]
 
+AXIS_NAMES = ("x", "y", "z")
+PART_NAMES = ("re", "im")
+
 _PER_OBJECT = ("scheme", "trial", "slot", "object")
 
 
@@ -132,12 +135,12 @@ def coordinates(
         ),
         "axis": (
             ("axis",),
-            np.array(["x", "y", "z"]),
+            np.array(AXIS_NAMES),
             {"units": "1", "long_name": "along the road, across it, up"},
         ),
         "part": (
             ("part",),
-            np.array(["re", "im"]),
+            np.array(PART_NAMES),
             {"units": "1", "long_name": "real or imaginary part"},
         ),
         "phase": (("scheme", "slot"), phase, {"units": "1", "long_name": "what the slot is for"}),

@@ -1,4 +1,4 @@
-"""Description of a scenario: link budget, scale of powers, and what the model assumes."""
+"""Description of a scenario: link budget, scale of powers, and assumptions of the model."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from echobeam.simulation.world import World, begin
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """What a scenario simulates, in numbers; SI units, radians, linear powers.
+    """Numbers that describe a scenario; SI units, radians, linear powers.
 
     Attributes
     ----------
     scenario
-        The scenario.
+        Described scenario.
     slot
-        Slot of the budgets, counted from 1: the first in which an object is present.
+        Slot of the budgets, counted from 1: the first with an object in the scene.
     objects
-        Budgets of the objects that are present there.
+        Budgets of the objects present in that slot.
     scale
-        Watts and square metres behind the scenario's powers.
+        Watts and square metres that correspond to the scenario's powers.
     assumptions
-        Assumptions of the model, and whether the scenario keeps to them.
+        Assumptions of the model, and whether they hold in the scenario.
     """
 
     scenario: Scenario
@@ -46,7 +46,7 @@ class Description:
         return tuple(one for one in self.assumptions if one.holds is False)
 
     def __repr__(self) -> str:
-        """Return a line: name, objects and warnings."""
+        """Return a line with name, objects and warnings."""
         names = ", ".join(one.name for one in self.warnings) or "none"
         count = f"{len(self.objects)} object(s)"
         return f"<Description of {self.scenario.name}: {count}, warnings {names}>"
@@ -70,7 +70,7 @@ def describe(scenario: Scenario | str | Path) -> Description:
     configure_all(scenario, None)
     calm = scenario.model_copy(update={"truth": {"process_noise": False}})
     start = begin(scene_of(calm), 0, range(1))
-    with np.errstate(all="ignore"):  # settings out of all proportion give zero, inf or NaN
+    with np.errstate(all="ignore"):  # extreme settings give zero, inf or NaN
         first = _first_inhabited(start)
         objects, scale = object_budgets(first), power_scale(scenario)
         found = assumptions(scenario, objects, scale, extremes(start))
@@ -78,7 +78,7 @@ def describe(scenario: Scenario | str | Path) -> Description:
 
 
 def _first_inhabited(start: World) -> World:
-    """Return nature in the first slot with an object, or in the first of all."""
+    """Return the world in the first slot with an object, or in the first slot if there is none."""
     world = start
     for _ in range(min(start.scene.scenario.n_slots, MOST_SLOTS) - 1):
         if world.present.any():

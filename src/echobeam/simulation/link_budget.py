@@ -1,10 +1,10 @@
-"""Link budget of one slot: SNRs and accuracies of every object, and the scale of powers in watts.
+"""Link budget of one slot: SNRs and accuracies of all objects, and the scale of powers in watts.
 
-Powers of a scenario are in a unit of its own. The model fixes ratios alone: of one antenna an
-object at distance d receives the SNR P_T alpha0^2 / (sigma_C^2 d^2), Eq. (3), and a receive
-antenna of the UAV the SNR P_T |epsilon|^2 / (sigma^2 d^4) before the matched filter, Eqs. (12) and
-(14). A free-space path and thermal noise turn the first ratio into watts, and the second into
-square metres of radar cross-section.
+The unit of power of a scenario is arbitrary: the model fixes only ratios. With one transmit antenna
+an object at distance d has the SNR P_T alpha0^2 / (sigma_C^2 d^2), Eq. (3), and the echo at one
+receive antenna of the UAV has the SNR P_T |epsilon|^2 / (sigma^2 d^4) before the matched filter,
+Eqs. (12) and (14). With free-space path loss and thermal noise, the first ratio gives the power in
+watts, and the second the radar cross-section in square metres.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ TEMPERATURE = 290.0
 """Standard noise temperature, K."""
 
 NOISE_FIGURE = 10.0**0.7
-"""Noise figure of a receiver, linear: 7 dB, a usual one at millimetre waves."""
+"""Noise figure of a receiver, linear: 7 dB, typical at millimetre waves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,18 +41,19 @@ class EchoBudget:
     raw_snr
         Echo SNR of one receive antenna before the matched filter, linear.
     snr
-        The same after it, G_m times as much: Eq. (14), Eq. (16).
+        Echo SNR after the matched filter, G_m times `raw_snr`: Eq. (14), Eq. (16).
     array_snr
-        The same with the N_r receive antennas combined.
+        Echo SNR after the matched filter with the N_r receive antennas combined.
     counted_snr
-        SNR that the bound divides by, Eq. (20) to Eq. (22): N_t N_r times `snr` for
+        SNR in the bound, Eq. (20) to Eq. (22): N_t N_r times `snr` for
         ``radar.crb = "paper"``, where N_t is counted twice; `array_snr` for ``"exact"``.
     angle_std, delay_std, doppler_std
         Standard deviations of a measurement, rad, s, Hz; infinite where nothing is measured.
     distance_std, speed_std
-        Those of delay and Doppler as distance, m, and as speed along the line of sight, m/s.
+        Standard deviations of delay and Doppler as distance, m, and radial speed, m/s.
     velocity_std
-        Speed along the road that the Doppler tells, m/s; infinite across the line of sight.
+        Standard deviation of the speed along the road from the Doppler, m/s; infinite across the
+        line of sight.
     """
 
     raw_snr: float
@@ -74,11 +75,11 @@ class ObjectBudget:
     Attributes
     ----------
     name
-        Of the object.
+        Name of the object.
     angle, distance, velocity
-        State, rad, m, m/s over ground along the road.
+        State: rad, m, and ground speed along the road, m/s.
     delay, doppler
-        Of its echo, s and Hz; the Doppler is positive when approaching.
+        Delay and Doppler of its echo, s and Hz; the Doppler is positive when approaching.
     snr
         Received SNR with all power on one antenna, linear.
     omni_sinr, omni_rate
@@ -89,7 +90,7 @@ class ObjectBudget:
     beam_width
         Half-power width of that beam, rad.
     omni_echo, beam_echo
-        Echo of either transmission.
+        Echoes of the two transmissions.
     """
 
     name: str
@@ -110,10 +111,10 @@ class ObjectBudget:
 
 @dataclass(frozen=True, slots=True)
 class PowerScale:
-    """Watts and square metres that give a scenario's SNRs.
+    """Scale of powers: watts and square metres that give a scenario's SNRs.
 
-    They hold for isotropic elements in free space, P (lambda / (4 pi d))^2, and for the noise
-    k T B F in the bandwidth B = ``radar.bandwidth``, at the objects as at the UAV.
+    It holds for isotropic elements in free space, P (lambda / (4 pi d))^2, and for noise k T B F in
+    the bandwidth B = ``radar.bandwidth``, both at the objects and at the UAV.
 
     Attributes
     ----------
@@ -128,16 +129,16 @@ class PowerScale:
     transmit_power
         P_T, W.
     unit_power
-        Power of 1 in the scenario, W.
+        Watts of a power of 1 in the scenario, W.
     watt
         1 W in the scenario's unit.
     cross_section
         Radar cross-section, m^2, of a target whose echo has this SNR before the matched filter.
     full_integration
-        B times the duration of a slot: largest gain of coherent integration over it.
+        Largest gain of coherent integration over a slot: B times its duration, linear.
     full_cross_section
-        Radar cross-section, m^2, whose echo, integrated over the whole slot, has the SNR of
-        Eq. (14).
+        Radar cross-section, m^2, of a target whose echo has the SNR of Eq. (14) after integration
+        over the whole slot.
     """
 
     power: float
@@ -182,7 +183,7 @@ def power_scale(scenario: Scenario) -> PowerScale:
 
 
 def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
-    """Return the budgets of the objects that are present in a slot of one trial."""
+    """Return the budgets of the objects present in a slot of one trial."""
     scenario, law = world.scene.scenario, world.scene.law
     radio, array = scenario.radio, law.transmitter
     here = np.flatnonzero(world.present)
@@ -231,7 +232,7 @@ def far_field(scenario: Scenario) -> float:
 
 
 def _matched(angle: float, power: float, array: LinearArray) -> Transmission:
-    """Return all power in the beam matched to an angle."""
+    """Return the transmission of all power in the beam matched to an angle."""
     return transmission.directional(math.sqrt(power / array.n) * array.steering([angle]))
 
 

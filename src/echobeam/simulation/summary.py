@@ -23,6 +23,7 @@ from echobeam.physics.polar import POLAR
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.bound import TERMS, bound_of
 from echobeam.simulation.dataset import VARIABLES
+from echobeam.simulation.layout import from_the_beginning
 from echobeam.simulation.statistics import (
     NEEDED,
     TRIAL,
@@ -172,9 +173,14 @@ def summarise(result: xr.Dataset, scenario: Scenario) -> dict[str, SchemeSummary
 
 
 def result_statistics(result: xr.Dataset, scenario: Scenario) -> Statistics:
-    """Return the statistics of a result, read in chunks of trials."""
+    """Return the statistics of a result, read in chunks of trials.
+
+    Those of the bound are left out if the first slots are cut off.
+    """
     names = [str(name) for name in result["scheme"].values]
-    return join([statistics_of(arrays, scenario, names) for arrays in _chunks(result)])
+    whole = join([statistics_of(arrays, scenario, names) for arrays in _chunks(result)])
+    left_out = () if from_the_beginning(result) else TERMS
+    return {name: values for name, values in whole.items() if name not in left_out}
 
 
 def summarise_statistics(
@@ -231,9 +237,12 @@ def _bound_squares(part: Statistics, component: str, scenario: Scenario) -> tupl
 def improvement(
     result: xr.Dataset, scheme: str = "temporal", over: str = "pilot"
 ) -> Improvement | None:
-    """Return the paper's headline figure, or None if a result does not hold both schemes."""
+    """Return the paper's headline figure.
+
+    None if a result does not hold both schemes, or not the slots from the first one on.
+    """
     names = [str(name) for name in result["scheme"].values]
-    if scheme not in names or over not in names:
+    if scheme not in names or over not in names or not from_the_beginning(result):
         return None
     slot = min(REFERENCE_SLOT, result.sizes["slot"])
     above, below = (_slot_rate(result, names.index(name), slot - 1) for name in (scheme, over))
@@ -272,8 +281,8 @@ def _whole_run(
     """Return one scheme's figures of the whole run with their intervals over trials."""
     per_trial = part["sum_rate"].mean(axis=-1)
     lost = _share_of_trials(part, "known", "there")
-    fallbacks, ends = mean_interval(part["fallback"])
-    trials = len(frames)
+    slots = np.full(len(frames), part["sum_rate"].shape[-1])
+    share, (fewest, most) = _share(part["fallback"], slots)
     return {
         "frame_rate_mean": _pair(*mean_interval(per_trial)),
         "frame_rate_q05": quantile_interval(frames, 0.05),
@@ -284,21 +293,30 @@ def _whole_run(
         "coverage": _share_of_trials(part, "inside", "covered"),
         "outage": _share_of_trials(part, "below", "served"),
         "lost": (1.0 - lost[0], (1.0 - lost[1][1], 1.0 - lost[1][0])),
-        "fallbacks": _pair(trials * fallbacks, np.maximum(trials * ends, 0.0)),
+        "fallbacks": (share * slots.sum(), (fewest * slots.sum(), most * slots.sum())),
         "frame_rate_over_genie": ratio_of_means(per_trial, best.mean(axis=-1)),
     }
 
 
 def _of_trials(part: Statistics, total: str, count: str) -> tuple[float, tuple[float, float]]:
     """Return the ratio of two sums over all trials with its interval, cut at zero."""
-    ratio, (low, high) = ratio_of_means(part[f"{TRIAL}{total}"], part[f"{TRIAL}{count}"])
-    return ratio, (max(low, 0.0) if np.isfinite(low) else low, high)
+    return _positive_ratio(part[f"{TRIAL}{total}"], part[f"{TRIAL}{count}"])
 
 
 def _share_of_trials(part: Statistics, total: str, count: str) -> tuple[float, tuple[float, float]]:
+    """Return a share, of sums over all trials, with its interval."""
+    return _share(part[f"{TRIAL}{total}"], part[f"{TRIAL}{count}"])
+
+
+def _positive_ratio(total: Array, count: Array) -> tuple[float, tuple[float, float]]:
+    ratio, (low, high) = ratio_of_means(total, count)
+    return ratio, (max(low, 0.0) if np.isfinite(low) else low, high)
+
+
+def _share(total: Array, count: Array) -> tuple[float, tuple[float, float]]:
     """Return a share with its interval; of none or all that of Clopper and Pearson over trials."""
-    share, (low, high) = _of_trials(part, total, count)
-    trials = int(np.sum(part[f"{TRIAL}{count}"] > 0))
+    share, (low, high) = _positive_ratio(total, count)
+    trials = int(np.sum(count > 0))
     if share in (0.0, 1.0) and trials > 1:
         return share, share_interval(round(share * trials), trials)
     return share, (low, min(high, 1.0) if np.isfinite(high) else high)

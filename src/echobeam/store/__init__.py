@@ -1,1 +1,1 @@
-"""Files: results, and the blocks that a run leaves on its way to one."""
+"""Files of results, and of the blocks of trials from which a result is joined."""

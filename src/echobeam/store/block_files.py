@@ -1,4 +1,4 @@
-"""The blocks of a run on disk: what makes an interrupted run go on where it stopped."""
+"""Blocks of a run on disk: checkpoints from which an interrupted run continues."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ from echobeam.store.writing import StoreError, replacing
 MANIFEST = "job.json"
 ENGINE = "engine"
 FIRST = "first"
-"""Under this name a block's file says which trial is its first."""
+"""Name of the array that holds a block's first trial."""
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What is computed: two runs are the same if and only if their jobs are.
+    """Identity of a computation: two runs are equal if and only if their jobs are.
 
     Attributes
     ----------
     kind
-        Which command's blocks they are.
+        Command that the blocks belong to.
     scenarios
-        Complete TOML texts.
+        Complete TOML texts of the scenarios.
     schemes
         Names, or ``path/to/file.py:name``.
     inputs
-        Digests of the files that the run reads besides: traces and users' schemes.
+        Checksums of the other files that the run reads: traces and users' schemes.
     seed, trials
         As in the result.
     engine
-        What computes; that of this process.
+        Version, environment and sources of the code; by default those of this process.
     """
 
     kind: str
@@ -57,51 +57,51 @@ class Job:
     engine: Engine = field(default_factory=engine_here)
 
     def digest(self) -> str:
-        """Return a fingerprint: equal for the same job, different for any other."""
+        """Return the SHA-256 of the job."""
         return hashlib.sha256(self.text().encode()).hexdigest()
 
     def text(self) -> str:
-        """Return the job as it is kept beside its blocks, JSON."""
+        """Return the job as JSON, as it is stored beside its blocks."""
         return json.dumps({**asdict(self), ENGINE: self.engine._asdict()}, indent=1)
 
 
 @dataclass(frozen=True, slots=True)
 class BlockFiles:
-    """A directory of finished blocks beside the result that they will become."""
+    """Directory of finished blocks beside the result file that they are joined to."""
 
     directory: Path
 
     @classmethod
     def beside(cls, result: Path) -> BlockFiles:
-        """Return the place for the blocks of a result file."""
+        """Return the directory of blocks of a result file."""
         return cls(result.parent / f"{result.name}.blocks")
 
     @contextmanager
     def held(self, job: Job, count: int, *, resume: bool, force: bool) -> Iterator[None]:
-        """Hold the directory while a job's ``count`` blocks are worked on, here alone.
+        """Lock the directory while this process works on a job's ``count`` blocks.
 
-        Whatever ends the work too early becomes a message that says what is kept.
+        An error or interruption becomes a message with the number of finished blocks.
 
         Raises
         ------
         StoreError
-            If blocks of an interrupted run are there and were not asked to be used or removed,
-            are those of another job, or another process is at work on them.
+            If the directory holds blocks of an interrupted run and neither ``resume`` nor ``force``
+            is given, if they belong to another job, or if another process works on them.
         RunError
-            If the disk, the workers or the user ended the work; wrong input passes as it is.
+            If the disk, the workers or the user ended the work; input errors are raised unchanged.
         """
         try:
             lock = self._begin(job, resume=resume, force=force)
         except OSError as error:
             raise RunError(f"{self.directory}: {error.strerror or error}") from error
         try:
-            with self._keeping(count):
+            with self._reporting(count):
                 yield
         finally:
             os.close(lock)
 
     def _begin(self, job: Job, *, resume: bool, force: bool) -> int:
-        """Make the directory for a job, or make sure that the one there belongs to it; lock it."""
+        """Make the directory of a job, or check that an existing one belongs to it; lock it."""
         manifest = self.directory / MANIFEST
         if self.directory.exists():
             self._check_ours()
@@ -113,8 +113,8 @@ class BlockFiles:
                     return lock
                 if not force and not resume and any(self.directory.glob("*.npz")):
                     raise StoreError(
-                        f"{self.directory}: blocks of an interrupted run are here; go on with "
-                        "--resume, or --force to begin anew"
+                        f"{self.directory}: blocks of an interrupted run are here; continue with "
+                        "--resume, or start again with --force"
                     )
                 shutil.rmtree(self.directory)
             except BaseException:
@@ -127,18 +127,18 @@ class BlockFiles:
         return self._lock()
 
     def _lock(self) -> int:
-        """Return an open lock on the directory; it goes with this process, however that ends."""
+        """Return an open lock on the directory; the system releases it when this process ends."""
         lock = os.open(self.directory, os.O_RDONLY)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(lock)
             raise StoreError(
-                f"{self.directory}: another process is at work on these blocks; wait for it, or "
+                f"{self.directory}: another process works on these blocks; wait for it, or "
                 "give another --out"
             ) from None
         except OSError:
-            pass  # a file system without locks: as before there were any
+            pass  # the file system has no locks: continue without
         return lock
 
     def _clear_leftovers(self) -> None:
@@ -146,10 +146,10 @@ class BlockFiles:
             path.unlink(missing_ok=True)
 
     def _check_ours(self) -> None:
-        """Refuse to touch a file or a directory that no run of ours has made."""
+        """Refuse a file or directory that was not made by a run."""
         if not self._ours():
             raise StoreError(
-                f"{self.directory}: is in the way of the run's blocks and not made by one; move it "
+                f"{self.directory}: exists and is not a directory of a run's blocks; move it "
                 "or give another --out"
             )
 
@@ -160,7 +160,7 @@ class BlockFiles:
         )
 
     def matches(self, job: Job) -> bool:
-        """Whether the directory holds blocks of this very job."""
+        """Return whether the directory holds blocks of this job."""
         return self._different(job) == []
 
     def _check(self, job: Job) -> None:
@@ -169,27 +169,27 @@ class BlockFiles:
             keys = [key for key in different if key != ENGINE]
             reasons = [f"{', '.join(keys)} differ"] if keys else []
             if ENGINE in different:
-                reasons.append(f"begun with {self._begun_with(job.engine)}")
-            ours = "" if keys else "go on with what it was begun with, "
+                reasons.append(f"started with {self._begun_with(job.engine)}")
+            ours = "" if keys else "continue with the same versions, "
             raise StoreError(
                 f"{self.directory}: its blocks belong to another run ({'; '.join(reasons)}); "
-                f"{ours}give another --out, or --force to begin anew"
+                f"{ours}give another --out, or start again with --force"
             )
 
     def _different(self, job: Job) -> list[str]:
-        """Return in what the job of the blocks that are there differs."""
+        """Return the keys in which the job of the existing blocks differs."""
         found, wanted = self._manifest(), json.loads(job.text())
         return [key for key in wanted if found.get(key) != wanted[key]]
 
     def _begun_with(self, ours: Engine) -> str:
-        """Say what has computed the blocks that are there."""
+        """Return as text the versions that computed the existing blocks."""
         try:
             return differences(Engine(**self._manifest()[ENGINE]), ours)
         except (KeyError, TypeError):
             return "other code"
 
     def _manifest(self) -> dict[str, Any]:
-        """Return the job of the blocks that are there, as it was written; empty if unreadable."""
+        """Return the stored job of the existing blocks; empty if unreadable."""
         try:
             found = json.loads((self.directory / MANIFEST).read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -197,22 +197,22 @@ class BlockFiles:
         return found if isinstance(found, dict) else {}
 
     def path(self, index: int) -> Path:
-        """Return a block's file."""
+        """Return the path of a block's file."""
         return self.directory / f"{index:06d}.npz"
 
     def write(self, index: int, block: Block) -> None:
-        """Write a finished block, whole or not at all."""
+        """Write a finished block atomically."""
         with replacing(self.path(index)) as temporary, temporary.open("wb") as file:
             np.savez(file, allow_pickle=False, **{FIRST: np.array(block.first)}, **block.arrays)
 
     def read(self, index: int, wanted: Callable[[str], bool] = lambda name: True) -> Block:
-        """Read a finished block, or the arrays of it whose names are wanted."""
+        """Read a finished block, or only its wanted arrays."""
         with np.load(self.path(index), allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files if name != FIRST and wanted(name)}
             return Block(int(file[FIRST]), arrays)
 
     def missing(self, count: int) -> list[int]:
-        """Return the blocks that are not there or not whole."""
+        """Return the blocks whose file is missing or incomplete."""
         return [index for index in range(count) if not self._whole(index)]
 
     def _whole(self, index: int) -> bool:
@@ -223,17 +223,17 @@ class BlockFiles:
             return False
 
     def kept(self, count: int) -> str:
-        """Say how much of an unfinished run is there, and how to go on."""
+        """Return as text how many blocks of an unfinished run are stored, and how to continue."""
         done = count - len(self.missing(count))
-        return f"{done} of {count} blocks are kept in {self.directory}; go on with --resume"
+        return f"{done} of {count} blocks are stored in {self.directory}; continue with --resume"
 
     @contextmanager
-    def _keeping(self, count: int) -> Iterator[None]:
-        """Say of whatever ends the work on ``count`` blocks too early what is kept."""
+    def _reporting(self, count: int) -> Iterator[None]:
+        """Add the number of finished blocks to the message of an error or interruption."""
         try:
             yield
         except SchemeError:
-            self._remove_if_empty()  # once it is mended, its blocks are those of another scheme
+            self._remove_if_empty()  # a corrected scheme is another job
             raise
         except InputError as error:
             self._remove_if_empty()
@@ -252,6 +252,6 @@ class BlockFiles:
             self.remove()
 
     def remove(self) -> None:
-        """Remove the directory if it is one of ours: its result is in place."""
+        """Remove the directory, whose result is complete, if it was made by a run."""
         if self._ours():
             shutil.rmtree(self.directory, ignore_errors=True)

@@ -1,8 +1,8 @@
-"""The same tasks on an existing Dask cluster; the only file that knows Dask.
+"""Tasks on an existing Dask cluster; no other file imports Dask.
 
-Workers compute, this process keeps: blocks come back over the network and are written here, so
-that no shared file system is needed. A task whose worker dies is done again by another one. Every
-wait for the cluster is bounded, since a wrong address or a lost scheduler may just stay silent.
+Workers compute and this process stores: blocks return over the network and are written here, so
+that no shared file system is needed. A task whose worker dies is repeated by another one. Every
+wait for the cluster is bounded, since a wrong address or a lost scheduler may never answer.
 """
 
 from __future__ import annotations
@@ -29,46 +29,46 @@ if TYPE_CHECKING:
 Found = TypeVar("Found")
 
 PATIENCE = 15.0
-"""Seconds in which a scheduler has to answer, and within which workers that are all gone have to
-come back; a worker that is started again needs some five of them."""
+"""Time limit, s, for a scheduler's answer, and for the return of workers that are all lost; a
+worker needs about 5 s to restart."""
 
 PER_THREAD = 2
-"""Tasks handed out per worker thread: one to work on and one to begin next."""
+"""Number of tasks submitted per worker thread: one to compute and one to begin next."""
 
 ASK_AGAIN = 5.0
-"""Seconds after which the scheduler is asked again how many workers it has; the rest of
-`PATIENCE` is left for its answer."""
+"""Time between requests for the number of workers, s; the rest of `PATIENCE` is left for the
+scheduler's answer."""
 
 _GOODBYE = 3.0
-"""Seconds for taking leave of a scheduler."""
+"""Time limit for closing the connection to a scheduler, s."""
 
 _TICK = 0.5
-"""Seconds after which a wait for outcomes looks at the scheduler."""
+"""Time between checks of the scheduler during a wait for results, s."""
 
-_USUAL = "its usual port is 8786, and 8787 is that of the dashboard"
+_USUAL = "the scheduler's usual port is 8786, the dashboard's 8787"
 
 
 class ClusterError(InputError):
-    """Fault of a cluster that cannot be used; the message says why."""
+    """Error of a cluster that cannot be used; the message gives the reason."""
 
 
 def do_on_cluster(
     work: Work, missing: Sequence[int], address: str, progress: Callable[[int, int], None]
 ) -> None:
-    """Do tasks on the cluster of a Dask scheduler.
+    """Compute tasks on the cluster of a Dask scheduler.
 
     Parameters
     ----------
     address
-        Of the scheduler, such as ``tcp://127.0.0.1:8786``.
+        Address of the scheduler, such as ``tcp://127.0.0.1:8786``.
 
     Raises
     ------
     ClusterError
-        If Dask is not installed, no scheduler answers, it has no workers, or one of them would
-        compute other numbers than this process.
+        If Dask is not installed, no scheduler answers, it has no workers, or the versions of a
+        worker differ from those of this process.
     RunError
-        If the scheduler or all workers are lost, or a task's workers die again and again.
+        If the scheduler or all workers are lost, or a task's workers die repeatedly.
     """
     sizes = work.sizes()
     total = sum(sizes)
@@ -83,12 +83,12 @@ def do_on_cluster(
 
 
 def compute(piece: Piece, task: int, wanted: Engine) -> tuple[int, Block]:
-    """Do one task, on a worker.
+    """Compute one task, on a worker.
 
     Raises
     ------
     ClusterError
-        If other numbers would come out here than where the work was handed out.
+        If the versions here differ from those of the process that submitted the work.
     """
     different = differences(wanted, engine_here(), "there")
     if different:
@@ -98,13 +98,13 @@ def compute(piece: Piece, task: int, wanted: Engine) -> tuple[int, Block]:
 
 def _other_numbers(worker: str, different: str) -> ClusterError:
     return ClusterError(
-        f"--dask: {worker} would give other numbers; this run was begun with {different}; "
+        f"--dask: {worker} would give other numbers; this run was started with {different}; "
         "install the same on both"
     )
 
 
 class _Cluster:
-    """Tasks handed out to the workers of one scheduler, and their outcomes as they come."""
+    """Tasks submitted to the workers of one scheduler, and their results in order of completion."""
 
     def __init__(self, client: Any, address: str) -> None:
         self.client = client
@@ -113,20 +113,20 @@ class _Cluster:
         self.finished: SimpleQueue[Any] = SimpleQueue()
         self.threads = self._ask_threads()
         self.asked = self.seen = time.monotonic()
-        """When the scheduler was asked last, and when it last had workers."""
+        """Times of the last request for the workers, and of the last answer with any."""
 
     def check_workers(self) -> None:
-        """Refuse workers that are none, have no echobeam, or compute other numbers.
+        """Check that there are workers, with echobeam and the versions of this process.
 
         Raises
         ------
         ClusterError
-            Names one of them.
+            Names the first worker that fails the check.
         """
         if self.threads == 0:
             raise ClusterError(f"--dask {self.address}: the scheduler has no workers")
 
-        def look() -> tuple[str, ...] | str:  # local, so that it is sent whole and not by name
+        def look() -> tuple[str, ...] | str:  # local, so that it is pickled by value, not by name
             try:
                 from echobeam.store.engine import engine_here
             except ImportError as error:
@@ -136,7 +136,7 @@ class _Cluster:
         try:
             engines = _within(PATIENCE, lambda: self.client.run(look, on_error="ignore"))
         except (TimeoutError, OSError):
-            return  # one is busy or going: each looks at itself too, before it computes
+            return  # a worker is busy or leaving: each checks itself again before it computes
         for worker, found in engines.items():
             if isinstance(found, str):
                 raise _missing(f"the worker at {worker}", found)
@@ -145,12 +145,12 @@ class _Cluster:
                 raise _other_numbers(f"the worker at {worker}", different)
 
     def outcomes(self, work: Work, missing: Sequence[int]) -> Iterator[tuple[int, Block]]:
-        """Yield tasks and their blocks as they come.
+        """Yield tasks and their blocks in order of completion.
 
         Raises
         ------
         RunError
-            If the scheduler or all workers are lost, or a task's workers die again and again.
+            If the scheduler or all workers are lost, or a task's workers die repeatedly.
         """
         waiting = iter(missing)
         while True:
@@ -170,7 +170,7 @@ class _Cluster:
             self._look_after_workers()
 
     def _hand_out(self, piece: Piece, task: int) -> None:
-        """Hand out a task; its future is put among the finished ones in its time."""
+        """Submit a task; its future enters the queue of finished ones when it is done."""
         try:
             future = self.client.submit(compute, piece, task, engine_here(), pure=False)
         except Exception:
@@ -181,12 +181,12 @@ class _Cluster:
         future.add_done_callback(self.finished.put)
 
     def _look_after_workers(self) -> None:
-        """Ask now and then how many there are: those of a batch system come one by one.
+        """Update the number of workers: a batch system may start them one by one.
 
         Raises
         ------
         RunError
-            If there have been none for too long, or the scheduler does not answer.
+            If there were no workers for `PATIENCE`, or the scheduler does not answer.
         """
         now = time.monotonic()
         if now - self.asked <= ASK_AGAIN:
@@ -198,15 +198,15 @@ class _Cluster:
             raise RunError(f"no worker is left at the Dask scheduler {self.address}")
 
     def _ask_threads(self) -> int:
-        """Return the number of threads that workers have together."""
+        """Return the total number of threads of all workers."""
         try:
             threads: dict[str, int] = _within(PATIENCE - ASK_AGAIN, self.client.nthreads)
-        except Exception:  # of whichever kind: it does not answer
+        except Exception:  # of any type: the scheduler does not answer
             raise self._lost() from None
         return sum(threads.values())
 
     def _result(self, future: Any) -> tuple[int, Block]:
-        """Return what a task came to; fetching it may need workers that are there no more."""
+        """Return the result of a task; the worker that holds it may be lost by then."""
         from distributed.scheduler import KilledWorker
 
         patience = PATIENCE
@@ -217,7 +217,7 @@ class _Cluster:
                 self._look_after_workers()
                 patience *= 2.0
             except KilledWorker as error:
-                raise RunError(f"workers of the cluster died again and again: {error}") from error
+                raise RunError(f"workers of the cluster died repeatedly: {error}") from error
             except CancelledError:
                 raise self._lost() from None
             except (InputError, RunError):
@@ -227,38 +227,38 @@ class _Cluster:
             except Exception as error:
                 if self.client.status != "running":
                     raise self._lost() from error
-                if "deserialization" in str(error):  # Dask's own words, for the scheduler
+                if "deserialization" in str(error):  # part of Dask's message from the scheduler
                     raise _missing("the scheduler", error.__cause__ or error) from error
                 raise
             else:
                 return found
 
     def _lost(self) -> RunError:
-        return RunError(f"the Dask scheduler {self.address} is lost: it does not answer any more")
+        return RunError(f"the Dask scheduler {self.address} is lost: it no longer answers")
 
 
 def _missing(where: str, error: object) -> ClusterError:
     return ClusterError(
-        f"--dask: {where} cannot import what is to be computed ({error}); install the same "
+        f"--dask: {where} cannot import the code of the run ({error}); install the same "
         "echobeam there"
     )
 
 
 @contextmanager
 def _connected(address: str) -> Iterator[Any]:
-    """Give a client of a scheduler that is known to answer; Dask's own log stays silent.
+    """Yield a client of a scheduler that has answered; silence Dask's own log.
 
     Raises
     ------
     ClusterError
-        If Dask is not installed, or what listens at the address is no scheduler.
+        If Dask is not installed, or no scheduler listens at the address.
     """
     try:
         from distributed import Client
         from distributed.comm.core import CommClosedError
     except ImportError:
         raise ClusterError("--dask needs Dask: pip install 'echobeam[cluster]'") from None
-    with _silenced("distributed"):  # what it has to say is said in one message
+    with _silenced("distributed"):  # one message of ours replaces its log
         try:
             kind = _within(PATIENCE, lambda: asyncio.run(_identity(address)))
             if kind != "Scheduler":
@@ -266,7 +266,11 @@ def _connected(address: str) -> Iterator[Any]:
             client = _within(PATIENCE, lambda: Client(address, timeout=PATIENCE))
         except ClusterError:
             raise
-        except (ValueError, TypeError, ImportError) as error:  # no address, TLS without its files
+        except (
+            ValueError,
+            TypeError,
+            ImportError,
+        ) as error:  # a malformed address, or TLS without its files
             raise ClusterError(f"--dask {address}: cannot be used: {error}") from error
         except Exception as error:
             if isinstance(error, OSError) and not isinstance(
@@ -275,7 +279,7 @@ def _connected(address: str) -> Iterator[Any]:
                 raise ClusterError(
                     f"--dask {address}: no scheduler answers there ({error})"
                 ) from None
-            said = str(error) or "it does not answer as one"
+            said = str(error) or "it does not answer like one"
             raise ClusterError(
                 f"--dask {address}: something listens there, but it is no Dask scheduler "
                 f"({said}); {_USUAL}"
@@ -283,13 +287,13 @@ def _connected(address: str) -> Iterator[Any]:
         try:
             yield client
         finally:
-            with suppress(TimeoutError):  # of a scheduler that does not answer any more
+            with suppress(TimeoutError):  # the scheduler no longer answers
                 _within(_GOODBYE, lambda: client.close(timeout=_GOODBYE))
 
 
 @contextmanager
 def _silenced(package: str) -> Iterator[None]:
-    """Keep the loggers of a package quiet."""
+    """Silence the loggers of a package."""
     names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == package]
     levels = {name: logging.getLogger(name).level for name in names}
     try:
@@ -302,14 +306,14 @@ def _silenced(package: str) -> Iterator[None]:
 
 
 async def _identity(address: str) -> str:
-    """Return what listens at an address, "Scheduler" or another of Dask's servers.
+    """Return the type of Dask server at an address, such as "Scheduler".
 
     Raises
     ------
     TimeoutError
-        If something listens but does not answer.
+        If a server listens but does not answer.
     OSError
-        If nothing does.
+        If nothing listens there.
     """
     from distributed import Security
     from distributed.core import rpc
@@ -321,12 +325,12 @@ async def _identity(address: str) -> str:
 
 
 def _within(seconds: float, call: Callable[[], Found]) -> Found:
-    """Return what a call gives, in a thread that is left to itself if that takes too long.
+    """Return the result of a call, run in a thread that is abandoned at the time limit.
 
     Raises
     ------
     TimeoutError
-        Then.
+        At the time limit.
     """
     outcome: SimpleQueue[tuple[Found | None, BaseException | None]] = SimpleQueue()
 

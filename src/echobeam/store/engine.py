@@ -1,6 +1,6 @@
-"""Origin of numbers besides their job: version, libraries and sources.
+"""Provenance of results besides their job: version, libraries and sources.
 
-The same job gives the same bits wherever these are the same.
+The same job gives the same bits wherever these agree.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ COMPUTING = (
     "units",
     "numerals",
 )
-"""Rooms that a block's numbers come from."""
+"""Packages whose code determines the numbers of a block."""
 
 
 class Engine(NamedTuple):
-    """What computes.
+    """Provenance of computed numbers.
 
     Attributes
     ----------
     version
-        Of the package.
+        Version of the package.
     environment
-        Python, libraries and processor.
+        Versions of Python and libraries, and the processor.
     sources
-        SHA-256 of the rooms that compute, for code that changes under one version.
+        SHA-256 of the packages that compute, for code that changes under one version.
     """
 
     version: str
@@ -51,7 +51,7 @@ class Engine(NamedTuple):
 
 
 def engine_here() -> Engine:
-    """Return what computes in this process."""
+    """Return the provenance of numbers computed in this process."""
     return Engine(__version__, environment(), _sources())
 
 
@@ -67,16 +67,16 @@ def _sources() -> str:
 
 
 def differences(begun: Engine, ours: Engine, where: str = "here") -> str:
-    """Return in words with what work was begun that is not ``where`` it should go on; or nothing.
+    """Return as text the differences in provenance of a run's start and its continuation.
 
     Parameters
     ----------
     begun
-        With what it was begun.
+        Provenance at the start.
     ours
-        What computes where it should go on.
+        Provenance where the run continues.
     where
-        The word for that place.
+        Word for the place where the run continues.
     """
     if begun.version != ours.version:
         return f"version {begun.version} ({where} {ours.version})"

@@ -1,4 +1,4 @@
-"""Files that a run reads besides its scenario: a trace, and users' schemes and parts."""
+"""Input files of a run besides its scenario: a trace, and users' schemes and parts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from echobeam.schemes.configure import split
 
 @dataclass(frozen=True, slots=True)
 class CodeFiles:
-    """Users' files of schemes and parts as they were when a run began.
+    """Checksums of users' files of schemes and parts at the start of a run.
 
     Attributes
     ----------
@@ -28,28 +28,28 @@ class CodeFiles:
 
     @classmethod
     def of(cls, scenario: Scenario, schemes: Sequence[str]) -> CodeFiles:
-        """Return the files that schemes are made of, as they are now."""
+        """Return the current checksums of the files that schemes consist of."""
         files = _code_files(scenario, schemes)
         return cls(tuple((str(path), digest(path)) for path in files))
 
     def check(self) -> None:
-        """Refuse to go on with other code than the run began with: blocks would not fit together.
+        """Check that the code has not changed since the run started: blocks would be inconsistent.
 
         Raises
         ------
         RunError
-            Names the file, and the machine: a worker may have another one.
+            Names the file and the machine, since a worker may have another version of it.
         """
         for path, begun in self.digests:
             if not Path(path).is_file() or digest(Path(path)) != begun:
                 raise RunError(
-                    f"{path}: is gone, or not the file that the run began with "
+                    f"{path}: is missing, or changed since the run started "
                     f"(on {socket.gethostname()})"
                 )
 
 
 def input_digests(scenario: Scenario, schemes: Sequence[str]) -> tuple[str, ...]:
-    """Return digests of the files that a run reads: users' schemes and parts, its trace."""
+    """Return checksums of the files that a run reads: users' schemes and parts, its trace."""
     inputs = _code_files(scenario, schemes)
     trace = trace_path(scenario)
     if trace is not None and trace.is_file():
@@ -64,7 +64,7 @@ def digest(path: Path) -> str:
 
 
 def _code_files(scenario: Scenario, schemes: Sequence[str]) -> list[Path]:
-    """Return the files that the texts of schemes and the scenario's parameters name."""
+    """Return the files named in the schemes' texts and the scenario's parameters."""
     texts = [*schemes, *scenario.scheme_parameters]
     named = [split(text)[0] for text in texts]
     named += [item.partition("=")[2] for text in texts for item in split(text)[1].split(",")]

@@ -1,4 +1,4 @@
-"""Runs to a file: blocks in one or several processes, joined to a result at the end."""
+"""Runs to a file: blocks computed in one or several processes, then joined to a result."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from echobeam.version import __version__
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """What to run and where to put it.
+    """Run to a result file.
 
     Attributes
     ----------
     scenario, schemes, trials, seed
-        As for `simulate`; schemes by name or file, so that other processes find them.
+        As for `simulate`; schemes by name or file, so that other processes can import them.
     out
         The result file.
     workers
-        Who works: processes here, or a cluster.
+        Processes on this machine, or a cluster.
     resume
         Use the finished blocks of an interrupted run.
     force
@@ -55,14 +55,14 @@ class Recording:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What was done on the way to a result.
+    """Work done for a result.
 
     Attributes
     ----------
     anything
-        Whether there was anything to do; what is finished and resumed is left as it is.
+        Whether any work was done; a finished result that is resumed is left unchanged.
     decisions
-        How long the schemes took to decide, at every point that was run; empty if nothing was.
+        Decision times of the schemes at every point that was run; empty if none was.
     """
 
     anything: bool
@@ -71,7 +71,7 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class BlockPiece:
-    """Some trials of a run: their block."""
+    """Work of one block: some trials of a run."""
 
     scene: Scene
     schemes: tuple[str | object, ...]
@@ -103,11 +103,11 @@ class BlockWork:
         return [len(block) * per_trial for block in self.blocks]
 
     def missing(self) -> list[int]:
-        """Return the blocks without a whole file."""
+        """Return the blocks whose file is missing or incomplete."""
         return self.files.missing(len(self.blocks))
 
     def piece(self, task: int) -> BlockPiece:
-        """Return one block's work alone."""
+        """Return the work of one block."""
         return BlockPiece(self.scene, self.schemes, self.seed, self.blocks[task], self.code)
 
     def write(self, task: int, block: Block) -> None:
@@ -121,19 +121,19 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
     Parameters
     ----------
     progress
-        Called with the trial-slots done so far and in all.
+        Called with the number of trial-slots done and the total.
 
     Returns
     -------
     Done
-        With one point, whose times are those of all blocks, also of those that were there.
+        One point, with the decision times of all blocks, resumed ones included.
 
     Raises
     ------
     StoreError, ScenarioError, SchemeError
-        If the input is wrong; nothing has been run then.
+        If the input is wrong; then nothing was run.
     RunError
-        If the run could not be finished; its blocks are kept.
+        If the run could not be finished; its finished blocks stay on disk.
     """
     scenario, out = recording.scenario, recording.out
     check_count(recording.trials, recording.seed)
@@ -144,7 +144,7 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
         files.remove()
         return Done(anything=False)
     check_writable(out, force=recording.force)
-    scene = scene_of(scenario)  # a trace that cannot be used says so now
+    scene = scene_of(scenario)  # raises the errors of a trace before any work
     blocks = tuple(cut(scenario, recording.trials))
     work = BlockWork(scene, recording.schemes, recording.seed, blocks, files, code)
     job = _job(recording)
@@ -159,7 +159,7 @@ def record(recording: Recording, progress: Progress = lambda done, total: None) 
 
 
 def _noting(timed: list[Array], files: BlockFiles, count: int) -> Iterator[Block]:
-    """Yield blocks, one in memory at a time, and note how long their decisions took."""
+    """Yield blocks, one in memory at a time, and collect their decision times."""
     for index in range(count):
         block = files.read(index)
         timed.append(np.asarray(block.arrays[SECONDS], dtype=float))
@@ -167,12 +167,12 @@ def _noting(timed: list[Array], files: BlockFiles, count: int) -> Iterator[Block
 
 
 def _finished(recording: Recording, names: Sequence[str]) -> bool:
-    """Whether the result is there already: a run may be killed after its last file is in place."""
+    """Return whether the result exists: a run may be killed after it wrote its last file."""
     job = _job(recording)
     if not recording.out.is_file():
         return False
     if job.inputs and not BlockFiles.beside(recording.out).matches(job):
-        return False  # a result does not tell which trace or scheme file it was made from
+        return False  # a result does not record its trace or scheme files
     with open_result(recording.out) as result:
         return (
             result.attrs["scenario"] == recording.scenario.to_toml()

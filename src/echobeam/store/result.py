@@ -1,4 +1,4 @@
-"""Result files: NetCDF-4, written block by block, opened by anything that reads NetCDF."""
+"""Result files: NetCDF-4, written block by block, readable by any NetCDF library."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from echobeam.simulation.blocks import Block, trial_axis
 from echobeam.simulation.dataset import VARIABLES, attributes, coordinates, phases
+from echobeam.simulation.layout import disorder
 from echobeam.simulation.scene import Scene
 from echobeam.store.sink import netcdf_file
 from echobeam.store.writing import StoreError
@@ -19,15 +20,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 VARY, WHOLE_RESULT = "vary", "result"
-"""Of a sweep's result: the attribute that says what was varied, and the variable that says where
-every point's whole result is, if they were kept."""
+"""Attribute with the varied keys of a sweep's result, and variable with the file of every point's
+full result, if stored."""
 
 
 COORDINATES = ("scheme", "slot", "time", "phase", "state", "measurement")
-"""Coordinates of a result that its readers need."""
+"""Coordinates of a result that plots and summaries need."""
 
 SIZES = {"state": 3, "state_b": 3, "measurement": 3, "axis": 3, "part": 2}
-"""Dimensions that every result has, and their sizes."""
+"""Sizes of the dimensions that have the same size in every result."""
 
 
 def write_result(
@@ -43,7 +44,7 @@ def write_result(
     Raises
     ------
     OSError
-        If the disk is full or the path cannot be written; the file is then not there.
+        If the disk is full or the path cannot be written; then no file remains.
     """
     scenario = scene.scenario
     with netcdf_file(path) as (file, check):
@@ -78,7 +79,7 @@ def _write_variable(
     values: npt.NDArray[np.generic],
     attrs: Mapping[Any, object],
 ) -> None:
-    """Write a whole variable of numbers or texts."""
+    """Write a complete variable of numbers or strings."""
     import h5py
 
     text = values.dtype.kind in "UO"
@@ -90,7 +91,7 @@ def _write_variable(
 
 
 def _storable(value: object) -> object:
-    """Return a text, or a list of some, as UTF-8 can hold it: file names may hold other bytes."""
+    """Return strings that UTF-8 can encode: file names may contain other bytes."""
     if isinstance(value, list):
         return [_storable(item) for item in value]
     if isinstance(value, str):
@@ -130,17 +131,19 @@ def _write_block(file: Any, block: Block) -> None:
 
 
 def write_dataset(path: Path, dataset: xr.Dataset) -> None:
-    """Write a small dataset of numbers and texts.
+    """Write a small dataset of numbers and strings.
 
     Raises
     ------
     OSError
-        If the disk is full or the path cannot be written; the file is then not there.
+        If the disk is full or the path cannot be written; then no file remains.
     """
     with netcdf_file(path) as (file, _):
         file.dimensions = dict(dataset.sizes)
         beside = [str(name) for name in dataset.coords if name not in dataset.dims]
-        words = {"coordinates": " ".join(beside)} if beside else {}  # CF's mark of coordinates
+        words = (
+            {"coordinates": " ".join(beside)} if beside else {}
+        )  # the CF attribute that lists coordinates
         for key, value in (dataset.attrs | words).items():
             file.attrs[key] = _storable(value)
         for name, variable in dataset.variables.items():
@@ -169,7 +172,7 @@ def open_any(path: str | Path) -> xr.Dataset:
     Raises
     ------
     StoreError
-        If there is no such file, or it is no result.
+        If there is no such file, or it is not a result.
     """
     import xarray as xr
 
@@ -192,7 +195,7 @@ def open_any(path: str | Path) -> xr.Dataset:
 
 
 def _misfit(result: xr.Dataset) -> str:
-    """Return in which way a dataset is no result: users cut results, and save what is left."""
+    """Return the reason why a dataset is not a result: users save selections of results."""
     missing = [name for name in (*VARIABLES, *COORDINATES) if name not in result.variables] + [
         name for name in ("scenario", "seed") if name not in result.attrs
     ]
@@ -201,23 +204,22 @@ def _misfit(result: xr.Dataset) -> str:
     wanted = dict.fromkeys(dim for variable in VARIABLES.values() for dim in variable.dims)
     for dim in wanted:
         if dim not in result.dims:
-            return f"no dimension {dim} (a cut with a list, such as isel({dim}=[0]), keeps it)"
+            return f"no dimension {dim} (select with a list, such as isel({dim}=[0]), to keep it)"
     for name, variable in VARIABLES.items():
         if result[name].dims != variable.dims:
             dims, expected = ", ".join(map(str, result[name].dims)), ", ".join(variable.dims)
-            return f"{name} has the dimensions {dims}; expected {expected}"
-    for dim in ("scheme", "trial", "slot"):
-        if result.sizes[dim] == 0:
-            return f"nothing along the dimension {dim}"
+            joined = set(variable.dims) < set(result[name].dims) <= set(wanted)
+            hint = " (xarray.concat with data_vars='minimal' keeps them)" if joined else ""
+            return f"{name} has the dimensions {dims}; expected {expected}{hint}"
     for dim, size in SIZES.items():
         if result.sizes[dim] != size:
             return f"{result.sizes[dim]} along the dimension {dim}; expected {size}"
-    return ""
+    return disorder(result)
 
 
 def _instead_of_sweep(sweep: xr.Dataset, path: Path) -> str:
-    """Say which results of runs a sweep has, or how to come by them."""
+    """Return as text which results of runs belong to a sweep, or how to obtain them."""
     if WHOLE_RESULT not in sweep:
-        return "`echobeam sweep --full` keeps the result of every point too, which can be plotted"
+        return "`echobeam sweep --full` also stores every point's full result, which can be plotted"
     first = path.parent / str(sweep[WHOLE_RESULT].values.flat[0])
-    return f"take that of a point, such as {first}"
+    return f"use that of a point, such as {first}"

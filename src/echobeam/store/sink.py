@@ -1,7 +1,7 @@
-"""NetCDF-4 files on disks that may be full.
+"""NetCDF-4 files, written so that a full disk is reported as an error.
 
-HDF5 does not survive a write that fails: it cannot close the file, and the process crashes at its
-end. So it writes through a file of ours that keeps a fault to itself until HDF5 is done.
+HDF5 does not survive a failed write: it cannot close the file, and the process crashes at exit.
+It therefore writes through a file object that holds back an error until HDF5 has finished.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class Sink(io.RawIOBase):
-    """A file that remembers the first fault of writing, and swallows what comes after it."""
+    """File that stores the first write error, and discards the data written after it."""
 
     def __init__(self, path: Path) -> None:
         self.raw = path.open("w+b", buffering=0)
         self.fault: OSError | None = None
 
     def readable(self) -> bool:
-        """HDF5 reads back what it has written."""
+        """Return True: HDF5 reads back the data it has written."""
         return True
 
     def writable(self) -> bool:
@@ -38,19 +38,19 @@ class Sink(io.RawIOBase):
         return True
 
     def seek(self, offset: int, whence: int = io.SEEK_SET, /) -> int:
-        """Move in the file."""
+        """Move to an offset in the file."""
         return self.raw.seek(offset, whence)
 
     def tell(self) -> int:
-        """Return the place in the file."""
+        """Return the offset in the file."""
         return self.raw.tell()
 
     def readinto(self, buffer: WriteableBuffer, /) -> int | None:
-        """Read."""
+        """Read bytes into a buffer."""
         return self.raw.readinto(buffer)
 
     def write(self, data: ReadableBuffer, /) -> int:
-        """Write all of it, or remember why not."""
+        """Write all bytes, or store the error."""
         view = memoryview(data).cast("B")
         self._try(lambda: self._write_all(view))
         return len(view)
@@ -61,7 +61,7 @@ class Sink(io.RawIOBase):
         return self.tell() if size is None else size
 
     def flush(self) -> None:
-        """Nothing is buffered here."""
+        """Do nothing: there is no buffer."""
 
     def close(self) -> None:
         """Close the file."""
@@ -69,7 +69,7 @@ class Sink(io.RawIOBase):
         super().close()
 
     def check(self) -> None:
-        """Raise the fault that was met, if any."""
+        """Raise the stored error, if any."""
         if self.fault is not None:
             raise self.fault
 
@@ -88,10 +88,10 @@ class Sink(io.RawIOBase):
 
 @contextmanager
 def netcdf_file(path: Path) -> Iterator[tuple[Any, Callable[[], None]]]:
-    """Give a NetCDF-4 file to write, under a temporary name that is renamed in the end.
+    """Yield a NetCDF-4 file to write, under a temporary name that is renamed at the end.
 
-    With it comes a call that raises the fault of the disk, if there was one, so that not all has
-    to be written in vain.
+    Also yield a function that raises a disk error that has occurred, so that writing can stop
+    early.
 
     Raises
     ------
@@ -107,4 +107,4 @@ def netcdf_file(path: Path) -> Iterator[tuple[Any, Callable[[], None]]]:
                 yield file, sink.check
         finally:
             sink.close()
-            sink.check()  # the cause, whatever HDF5 made of it
+            sink.check()  # raises the cause rather than HDF5's own error

@@ -1,4 +1,4 @@
-"""Work of a run as tasks by number: the contract between a run and its workers."""
+"""Tasks of a run, by number: the interface between a run and its workers."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ Advance = Callable[[int], None]
 
 
 Piece = Callable[[Advance], Block]
-"""One task's work alone, picklable; it is given a call for what was done since the last call."""
+"""Work of one task, picklable; it is called with a function that reports its progress."""
 
 
 class Work(Protocol):
-    """Tasks by number, picklable; a task's outcome is a block that is kept on disk."""
+    """Tasks by number, picklable; the result of a task is a block stored on disk."""
 
     def sizes(self) -> Sequence[int]:
-        """Return how much there is to do in each task, in any unit."""
+        """Return the size of each task, in any unit."""
 
     def missing(self) -> list[int]:
-        """Return the tasks whose outcome is not there yet."""
+        """Return the tasks whose result is not stored yet."""
 
     def piece(self, task: int) -> Piece:
-        """Return what is to be done for one task: small, since it may go over a network."""
+        """Return the work of one task: small, since it may be sent over a network."""
 
     def write(self, task: int, block: Block) -> None:
-        """Keep a task's outcome, whole or not at all."""
+        """Store a task's result atomically."""

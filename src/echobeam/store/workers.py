@@ -1,4 +1,4 @@
-"""Independent tasks done in this process or in several, with progress, outliving dead workers."""
+"""Independent tasks computed in one or several processes, with progress and restart of workers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Workers:
     jobs
         Number of processes on this machine; 1 works in this one.
     dask
-        Address of a Dask scheduler that is asked instead; none by default.
+        Address of a Dask scheduler to use instead; none by default.
     """
 
     jobs: int = 1
@@ -44,19 +44,19 @@ HERE = Workers()
 
 
 def do_all(work: Work, workers: Workers, progress: Progress) -> None:
-    """Do every missing task.
+    """Compute every missing task.
 
     Parameters
     ----------
     workers
-        Processes here, or a cluster.
+        Processes on this machine, or a cluster.
     progress
-        Called with what is done so far and in all.
+        Called with the amount done and the total.
 
     Raises
     ------
     RunError
-        If worker processes die again and again.
+        If worker processes die repeatedly.
     """
     missing, jobs = work.missing(), workers.jobs
     if workers.dask is not None:
@@ -77,7 +77,7 @@ def do_all(work: Work, workers: Workers, progress: Progress) -> None:
 
 
 class _Meter:
-    """Progress over tasks, fed by counters that other processes write without locks."""
+    """Progress over tasks, from counters that other processes write without locks."""
 
     def __init__(self, progress: Progress, sizes: Sequence[int], missing: Sequence[int]) -> None:
         self.progress = progress
@@ -99,7 +99,7 @@ class _Meter:
 
 
 def _spread(work: Work, jobs: int, missing: Sequence[int], meter: _Meter) -> bool:
-    """Do tasks in a pool of processes; return False if a process died."""
+    """Compute tasks in a pool of processes; return False if a process died."""
     for name in _THREADS:  # one thread of linear algebra per process
         os.environ.setdefault(name, "1")
     others = set(multiprocessing.active_children())
@@ -109,10 +109,10 @@ def _spread(work: Work, jobs: int, missing: Sequence[int], meter: _Meter) -> boo
         initializer=_remember,
         initargs=(work, meter.counts),
     ) as pool:
-        # Not `concurrent.futures.wait`: it takes the lock of every future, and Ctrl-C in its midst
-        # would leave some of them taken, for which the pool then waits for ever.
+        # Not `concurrent.futures.wait`: it acquires the lock of every future, and Ctrl-C within it
+        # # would leave some locked, so that the pool waits for ever.
         finished: SimpleQueue[Future[None]] = SimpleQueue()
-        with _deaf_to_interrupts(), _without_script():
+        with _ignoring_interrupts(), _without_script():
             for task in missing:
                 pool.submit(_do_elsewhere, task).add_done_callback(finished.put)
         left = len(missing)
@@ -125,17 +125,17 @@ def _spread(work: Work, jobs: int, missing: Sequence[int], meter: _Meter) -> boo
         except BrokenProcessPool:
             return False
         except BaseException:
-            with _deaf_to_interrupts():
+            with _ignoring_interrupts():
                 pool.shutdown(wait=False, cancel_futures=True)
                 for worker in set(multiprocessing.active_children()) - others:
-                    worker.terminate()  # a block may take minutes, and it is lost anyway
+                    worker.terminate()  # a block may take minutes, and its result is lost anyway
             raise
     return True
 
 
 @contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Start processes that leave Ctrl-C, which reaches them all, to the one that started them."""
+def _ignoring_interrupts() -> Iterator[None]:
+    """Start processes that ignore Ctrl-C, which reaches the whole group; the parent handles it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -151,12 +151,12 @@ _starting = threading.Lock()
 
 @contextmanager
 def _without_script() -> Iterator[None]:
-    """Start processes that do not run the script again which started this one.
+    """Start processes that do not run this process's script again.
 
-    `multiprocessing` has them do so for what the script defines. Nothing of it is needed here, and
-    a script without a guard would begin all over in each of them.
+    `multiprocessing` runs the script in each process for its definitions. None are needed here,
+    and a script without a main guard would start again in each process.
     """
-    with _starting:  # of two threads, one would put back what the other has put in its place
+    with _starting:  # two threads would restore each other's replacement
         script = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")
         try:
@@ -170,12 +170,12 @@ _here: dict[str, Any] = {}
 
 def _remember(work: Work, counts: Any) -> None:
     _here.update(work=work, counts=counts)
-    sys.stdout = sys.stderr  # whatever a user's scheme prints, stdout is the command's own
+    sys.stdout = sys.stderr  # a user's scheme may print; stdout is for the result
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    """End this worker when the process that it works for is gone, killed without a word."""
+    """End this worker when its parent process is gone, for example killed."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

@@ -1,4 +1,4 @@
-"""Writing files so that nobody ever sees half of one."""
+"""Atomic writing of files: a reader never sees an incomplete one."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from echobeam.faults import InputError
 
 
 class StoreError(InputError):
-    """A path that cannot be read, written or overwritten; the message says why."""
+    """Error of a path that cannot be read, written or overwritten; the message gives the reason."""
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside ``path`` to write to, and rename it into place at the end.
+    """Yield a temporary path beside ``path`` to write to, and rename it to ``path`` at the end.
 
-    If anything fails the temporary file is removed and ``path`` stays as it was.
+    On an error the temporary file is removed and ``path`` is unchanged.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
@@ -30,7 +30,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def clear_leftovers(path: Path) -> None:
-    """Remove the temporary files that killed processes left on their way to ``path``."""
+    """Remove the temporary files of killed processes that were writing ``path``."""
     for leftover in path.parent.glob(f".{glob.escape(path.name)}.*.tmp"):
         leftover.unlink(missing_ok=True)
 
@@ -41,7 +41,7 @@ def check_writable(path: Path, *, force: bool) -> None:
     Raises
     ------
     StoreError
-        Names the path and what could be done.
+        Names the path and a remedy.
     """
     try:
         os.fsencode(path)
@@ -50,18 +50,18 @@ def check_writable(path: Path, *, force: bool) -> None:
         pass
     except UnicodeEncodeError:
         raise StoreError(
-            f"{path}: the locale of this process cannot name such a file; give another --out"
+            f"{path}: the locale of this process cannot encode this file name; give another --out"
         ) from None
     except OSError as error:
         raise StoreError(f"{path}: cannot be written: {error.strerror}") from None
     if path.is_dir():
         raise StoreError(f"{path}: is a directory; give a file name, such as {path / 'result.nc'}")
     if path.exists() and not path.is_file():
-        raise StoreError(f"{path}: is no file that could be replaced; give another --out")
+        raise StoreError(f"{path}: is not a regular file; give another --out")
     if path.exists() and not force:
         raise StoreError(f"{path}: exists already; give another --out, or --force to replace it")
     if not path.parent.is_dir():
-        raise StoreError(f"{path}: there is no directory {path.parent}")
+        raise StoreError(f"{path}: no directory {path.parent}")
     try:
         _probe(path)
     except OSError as error:
@@ -69,12 +69,12 @@ def check_writable(path: Path, *, force: bool) -> None:
 
 
 def make_writable(directory: Path) -> None:
-    """Make a directory if need be, and refuse one that cannot be written to.
+    """Make a directory if necessary, and refuse one that cannot be written to.
 
     Raises
     ------
     StoreError
-        Names the directory and what is wrong with it.
+        Names the directory and the reason.
     """
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -87,7 +87,7 @@ def make_writable(directory: Path) -> None:
 
 
 def _probe(path: Path) -> None:
-    """Try to write beside a path."""
+    """Create and remove a file beside a path, to test that its directory is writable."""
     probe = path.with_name(f".{path.name}.{os.getpid()}.probe")
     probe.touch()
     probe.unlink()

@@ -1,1 +1,1 @@
-"""Grids of scenarios: many runs on common random numbers, digested block by block."""
+"""Grids of scenarios: many runs on common random numbers, reduced to statistics block by block."""

@@ -1,4 +1,4 @@
-"""What varies over a grid as a coordinate: the values as the scenarios read them, with units."""
+"""Varied keys of a grid as coordinates: the values as read by the scenarios, with units."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from echobeam.scenario.model import Scenario
 from echobeam.simulation.dataset import AnyArray
 from echobeam.units import UNITS
 
-_ALIKE = 1e-12  # a unit's factor rounds: 70 cm is 0.7000000000000001 m
+_ALIKE = 1e-12  # unit conversion rounds: 70 cm is 0.7000000000000001 m
 
 
 def read_setting(scenario: Scenario, key: str) -> tuple[object, str]:
-    """Return what a scenario has at a dotted key, and its SI unit: empty inside a list.
+    """Return the value of a scenario at a dotted key, and its SI unit (empty inside a list).
 
-    A parameter of a scheme, ``schemes.NAME.KEY``, is what the file says, without a unit.
+    A parameter of a scheme, ``schemes.NAME.KEY``, is returned as in the file, without a unit.
     """
     first, *names = key.split(".")
     if first == "schemes" and len(names) == 2:
@@ -40,8 +40,8 @@ def coordinate(
 ) -> tuple[AnyArray, dict[str, str]]:
     """Return a key's values and attributes, one value for each of the scenarios.
 
-    Whole numbers where the scenario has whole numbers, SI where it has quantities, and otherwise
-    the texts as they were given.
+    Whole numbers stay whole numbers, quantities are in SI units, and other values are the
+    strings as given.
     """
     values, units = zip(*(read_setting(scenario, key) for scenario in scenarios), strict=True)
     attrs = {"long_name": f"the scenario's {key}"}
@@ -52,7 +52,7 @@ def coordinate(
 
 
 def first_repeated(scenarios: Sequence[Scenario], keys: Sequence[str]) -> tuple[int, int] | None:
-    """Return which two of the scenarios are alike at all of some keys, None if they all differ."""
+    """Return the first two scenarios with equal values at all given keys; None if all differ."""
     values = [[read_setting(scenario, key)[0] for key in keys] for scenario in scenarios]
     for later, value in enumerate(values):
         for earlier in range(later):

@@ -1,4 +1,4 @@
-"""Grids of scenarios: which keys vary, over which values, and what came of it as one dataset."""
+"""Grids of scenarios: the varied keys, their values, and the results as one dataset."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ if TYPE_CHECKING:
 
 
 class SweepError(InputError):
-    """A grid that makes no sense; the message says what is accepted."""
+    """Error of a grid that is not accepted; the message says what is."""
 
 
 @dataclass(frozen=True, slots=True)
 class Varied:
-    """One axis of a grid: a scenario's dotted key and the texts of its values.
+    """Axis of a grid: a scenario's dotted key and its values as strings.
 
     Attributes
     ----------
     key
-        Names the dimension.
+        Dotted key, and name of the dimension.
     values
-        One for each point of the axis.
+        Values, one for each point of the axis.
     others
-        Further keys that vary with it, each with as many values.
+        Further keys that vary together with it, each with the same number of values.
     """
 
     key: str
@@ -58,22 +58,22 @@ class Varied:
             if len(values) != len(self.values):
                 raise SweepError(
                     f"--vary {self.name}: {key} has {len(values)} values, {self.key} has "
-                    f"{len(self.values)}; keys that vary together have as many"
+                    f"{len(self.values)}; keys that vary together need equally many"
                 )
 
     @property
     def columns(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """Every key with its values."""
+        """Keys with their values."""
         return ((self.key, self.values), *self.others)
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Every key."""
+        """Keys of the axis."""
         return tuple(key for key, _ in self.columns)
 
     @property
     def name(self) -> str:
-        """All keys, as they are given on the command line."""
+        """Keys of the axis as given on the command line."""
         return ",".join(self.keys)
 
     def settings(self, index: int) -> list[tuple[str, str]]:
@@ -81,29 +81,29 @@ class Varied:
         return [(key, values[index]) for key, values in self.columns]
 
     def text(self, index: int) -> str:
-        """Return a point of the axis in words: one value if all keys have the same."""
+        """Return a point of the axis as text: a single value if all keys have the same."""
         texts = [values[index] for _, values in self.columns]
         return texts[0] if len(set(texts)) == 1 else f"({', '.join(texts)})"
 
 
 def together(keys: Sequence[str], points: Sequence[Sequence[str]]) -> Varied:
-    """Return an axis along which several keys vary, each with values of its own.
+    """Return an axis along which several keys vary together, each with its own values.
 
     Parameters
     ----------
     keys
         Dotted keys; the first one names the dimension.
     points
-        Texts, for each point of the axis one for each key.
+        For each point of the axis, one value as a string for each key.
 
     Raises
     ------
     SweepError
-        If there is no key or no point, or a point has another number of values.
+        If there is no key or no point, or a point has the wrong number of values.
     """
     name = ",".join(keys)
     if not keys or not points:
-        raise SweepError(f"--vary {name}: nothing varies; expected keys and values")
+        raise SweepError(f"--vary {name}: no key or no value; expected keys and values")
     for point in points:
         if len(point) != len(keys):
             raise SweepError(
@@ -113,16 +113,16 @@ def together(keys: Sequence[str], points: Sequence[Sequence[str]]) -> Varied:
     return Varied(*first, tuple(others))
 
 
-_BETWEEN_VALUES = re.compile(r",(?![^\[]*\])")  # not inside [...], which is one value
+_BETWEEN_VALUES = re.compile(r",(?![^\[]*\])")  # not inside [...], a list is one value
 
 
 def read_varied(text: str) -> Varied:
-    """Read ``KEY=V1,V2,...``, or ``KEY1,KEY2=V1,V2,...``, whose keys all have the same values.
+    """Read ``KEY=V1,V2,...``, or ``KEY1,KEY2=V1,V2,...`` with the same values for all keys.
 
     Raises
     ------
     SweepError
-        If it is of neither form.
+        If the text has neither form.
     """
     names, equals, rest = text.partition("=")
     keys = [key.strip() for key in names.split(",")]
@@ -137,16 +137,16 @@ def read_varied(text: str) -> Varied:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """The product of some axes over a scenario.
+    """Product of axes over a scenario.
 
     Attributes
     ----------
     source, overrides
         As for `load_scenario`, at every point.
     axes
-        What varies.
+        Axes of the grid.
     trace
-        A file that moves the objects at every point; none by default.
+        Path of a trace that gives the objects' motion at every point; none by default.
     """
 
     source: Source
@@ -161,7 +161,7 @@ class Grid:
 
     @property
     def keys(self) -> list[str]:
-        """Every key that varies."""
+        """Keys that vary."""
         return [key for axis in self.axes for key in axis.keys]
 
     def points(
@@ -172,16 +172,19 @@ class Grid:
         Raises
         ------
         SweepError, ScenarioError
-            If a key or a value stands twice, a trace would undo it, or a point is no scenario.
+            If a key or a value is given twice, a trace would override it, or a point is not a valid
+            scenario.
         """
         keys = self.keys
         if not keys:
-            raise SweepError("nothing varies; give at least one --vary KEY=V1,V2,...")
+            raise SweepError("no key varies; give at least one --vary KEY=V1,V2,...")
         if len(set(keys)) < len(keys):
-            raise SweepError("a key is varied twice; give each one once")
+            raise SweepError("a key is varied twice; give each key once")
         moved = next((key for key in keys if key.split(".")[0] == "objects"), None)
         if self.trace is not None and moved is not None:
-            raise SweepError(f"--vary {moved}: not together with --trace, which moves the objects")
+            raise SweepError(
+                f"--vary {moved}: not possible with --trace, which gives the objects' motion"
+            )
         points = []
         for place in itertools.product(*(range(len(axis.values)) for axis in self.axes)):
             chosen = zip(self.axes, place, strict=True)
@@ -214,17 +217,17 @@ class Grid:
             if repeated is not None:
                 one, two = map(axis.text, repeated)
                 raise SweepError(
-                    f"--vary {axis.name}: a value stands twice, as {one} and as {two}; "
-                    "give each one once"
+                    f"--vary {axis.name}: a value is given twice, as {one} and as {two}; "
+                    "give each value once"
                 )
 
 
 def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
-    """Return a finished study's figures over the grid, one labelled dimension per axis.
+    """Return the quantities of a finished study over the grid, one labelled dimension per axis.
 
     A dimension has the name and the values of its axis's key; keys that vary with it are further
     coordinates on it.
-    A per-slot variable is NaN beyond the slots of a point that has fewer.
+    A per-slot variable is NaN beyond the last slot of a point.
     """
     import xarray as xr
 
@@ -270,14 +273,16 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
     coords |= {"scheme": names, "slot": np.arange(1, n_slots + 1), "end": ["low", "high"]}
     trials = [point.trials for point in study.points]
     attrs: dict[str, object] = dict(attributes(study.points[0].scenario, study.seed, ()))
-    attrs["trials"] = trials[0] if len(set(trials)) == 1 else trials  # they may vary, too
+    attrs["trials"] = (
+        trials[0] if len(set(trials)) == 1 else trials
+    )  # the number of trials may vary, too
     return xr.Dataset(data, coords, attrs)
 
 
 def tidy_csv(dataset: xr.Dataset, path: Path) -> None:
-    """Write one row per point and scheme; of some per-slot figures it has the mean.
+    """Write a table with a row per point and scheme; some per-slot quantities as means.
 
-    The columns begin with the keys that vary and the scheme.
+    The first columns are the varied keys and the scheme.
     """
     rates = dataset["frame_rate_interval"]
     flat = dataset[list(SCALARS)].assign({name: dataset[name].mean("slot") for name in SLOT_MEANS})
@@ -291,7 +296,7 @@ def tidy_csv(dataset: xr.Dataset, path: Path) -> None:
 
 
 def scheme_names(study: Study) -> list[str]:
-    """Return the schemes' names, which every point of a grid shares."""
+    """Return the schemes' names, which are the same at every point of a grid."""
     from echobeam.schemes.configure import configure_all
 
     asked = {point.schemes for point in study.points}

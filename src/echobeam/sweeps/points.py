@@ -1,4 +1,4 @@
-"""Studies: many scenarios as one piece of work, cut into blocks, their statistics on disk."""
+"""Studies: many scenarios run as one job in blocks, with their statistics on disk."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from echobeam.store.workers import HERE, Workers, do_all
 from echobeam.values import Array
 
 KEPT = "kept:"
-"""Prefix of the full arrays that a block's file holds beside its statistics."""
+"""Prefix of the names of full arrays in a block's file, beside its statistics."""
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One scenario of a study.
+    """Point of a study: one scenario.
 
     Attributes
     ----------
     name
-        Tells the point from the others.
+        Unique name of the point.
     scenario, schemes, trials
         As for `echobeam.simulate`; schemes by name or file.
     keep
-        Variables of the result kept in full, trial by trial; the statistics always are.
+        Variables of the result stored in full, trial by trial, besides the statistics.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class PointPiece:
-    """Some trials of one point: the statistics of its block, with the variables kept in full."""
+    """Work of one block: statistics over some trials of a point, and its full variables."""
 
     point: Point
     scene: Scene
@@ -71,16 +71,16 @@ class PointPiece:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Points on common random numbers, and the directory where their blocks are kept.
+    """Points with common random numbers, and the directory of their blocks.
 
-    A trial of one point meets the same draws as that trial of every other.
+    A trial has the same random draws at every point.
 
     Attributes
     ----------
     tasks
-        Every block of every point: the point's number and its trials.
+        Blocks of all points: the point's number and its trials.
     scenes, code
-        One for each point.
+        Scene and users' code of each point.
     """
 
     points: tuple[Point, ...]
@@ -91,7 +91,7 @@ class Study:
     code: tuple[CodeFiles, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Cut the points into blocks; read their traces and fingerprint users' code."""
+        """Divide the points into blocks; read their traces and the checksums of users' code."""
         tasks = tuple(
             (index, block)
             for index, point in enumerate(self.points)
@@ -104,7 +104,7 @@ class Study:
         object.__setattr__(self, "code", code)
 
     def job(self) -> Job:
-        """Return what tells this study from any other."""
+        """Return the identity of this study."""
         points = self.points
         return Job(
             kind="study",
@@ -125,11 +125,11 @@ class Study:
         ]
 
     def missing(self) -> list[int]:
-        """Return the tasks without a whole file."""
+        """Return the tasks whose file is missing or incomplete."""
         return self.files.missing(len(self.tasks))
 
     def piece(self, task: int) -> PointPiece:
-        """Return one task's work alone."""
+        """Return the work of one task."""
         index, trials = self.tasks[task]
         return PointPiece(
             self.points[index], self.scenes[index], self.seed, trials, self.code[index]
@@ -145,12 +145,12 @@ class Study:
         return join(parts)  # type: ignore[arg-type]
 
     def decisions(self, index: int, names: Sequence[str]) -> Decisions:
-        """Return how long the schemes took to decide at one point."""
+        """Return the decision times of the schemes at one point."""
         timed = [block.arrays[SECONDS] for block in self._blocks(index, SECONDS.__eq__)]
         return decision_times(timed, names)  # type: ignore[arg-type]
 
     def kept(self, index: int) -> dict[str, Array]:
-        """Return the arrays that one point keeps in full, as in a result: scheme, trial, ..."""
+        """Return the full arrays of one point, as in a result: scheme, trial, ..."""
         parts = [block.arrays for block in self.kept_blocks(index)]
         return {
             name: parts[0][name]  # type: ignore[misc]
@@ -160,13 +160,13 @@ class Study:
         }
 
     def kept_blocks(self, index: int) -> Iterator[Block]:
-        """Yield what one point keeps in full block by block, one in memory at a time."""
+        """Yield the full arrays of one point block by block, one block in memory at a time."""
         for block in self._blocks(index, lambda name: KEPT in name):
             arrays = {name.removeprefix(KEPT): array for name, array in block.arrays.items()}
             yield Block(block.first, arrays)
 
     def _blocks(self, index: int, wanted: Callable[[str], bool]) -> Iterator[Block]:
-        """Read one point's blocks in order, of each only the arrays that are wanted."""
+        """Read the blocks of one point in order, only the wanted arrays of each."""
         for task, (point, _) in enumerate(self.tasks):
             if point == index:
                 yield self.files.read(task, wanted)
@@ -184,14 +184,14 @@ def run_study(
     force: bool = False,
     progress: Progress = lambda done, total: None,
 ) -> None:
-    """Do what is missing of a study; its blocks stay in its directory.
+    """Compute the missing blocks of a study; they stay in its directory.
 
     Raises
     ------
     StoreError, ScenarioError, SchemeError
         If the input is wrong, or the directory holds blocks of another study.
     RunError
-        If the work could not be finished; what is done is kept.
+        If the work could not be finished; finished blocks stay on disk.
     """
     with holding(study, resume=resume, force=force):
         do_all(study, workers, progress)
@@ -199,12 +199,12 @@ def run_study(
 
 @contextmanager
 def holding(study: Study, *, resume: bool, force: bool) -> Iterator[None]:
-    """Check a study and hold its directory: for work on it, and on what is made of it.
+    """Check a study and lock its directory while its blocks and results are written.
 
     Raises
     ------
     StoreError, ScenarioError, SchemeError, RunError
-        As `run_study` does.
+        As in `run_study`.
     """
     for point in study.points:
         check_count(point.trials, study.seed)
@@ -215,5 +215,5 @@ def holding(study: Study, *, resume: bool, force: bool) -> Iterator[None]:
 
 
 def study_in(directory: Path, points: Sequence[Point], seed: int) -> Study:
-    """Return a study whose blocks are kept in a directory of its own."""
+    """Return a study with its own directory of blocks."""
     return Study(tuple(points), seed, BlockFiles(directory))

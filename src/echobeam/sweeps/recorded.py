@@ -1,4 +1,4 @@
-"""Sweeps to files: one tidy result, and each point's full result beside it on request."""
+"""Sweeps to files: one tidy result, and optionally each point's full result beside it."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ if TYPE_CHECKING:
     import xarray as xr
 
 WHOLE = tuple(VARIABLES)
-"""What is kept of every point where full results are asked for."""
+"""Variables stored for every point if full results are requested."""
 
 JOB = "job"
-"""Attribute of a sweep's result: what tells it from any other."""
+"""Attribute of a sweep's result with the SHA-256 of its job."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """What to run over a grid and where to put it.
+    """Sweep over a grid, and its files.
 
     Attributes
     ----------
     grid
-        Which scenarios.
+        Grid of scenarios.
     schemes, trials, seed
-        As for `simulate`, at every point; no trials means as many as the scenario says.
+        As for `simulate`, at every point; None for the scenario's number of trials.
     out
-        The tidy result; the full ones are in a directory beside it.
+        Path of the tidy result; full results are in a directory beside it.
     csv
-        A table of the figures, if asked for.
+        Path of a CSV table of the quantities, if wanted.
     full
         Whether to write every point's full result too.
     workers, resume, force
@@ -62,12 +62,12 @@ class Sweep:
     force: bool = False
 
     def study(self) -> Study:
-        """Return the points as one piece of work."""
+        """Return the study of all points."""
         points = self.grid.points(self.schemes, self.trials, WHOLE if self.full else ())
         return Study(tuple(points), self.seed, BlockFiles.beside(self.out))
 
     def vary(self) -> str:
-        """Return what varies, as it is kept in the result."""
+        """Return the varied keys, as stored in the result."""
         return json.dumps({key: values for axis in self.grid.axes for key, values in axis.columns})
 
 
@@ -82,14 +82,14 @@ def record_sweep(sweep: Sweep, progress: Progress = lambda done, total: None) ->
     Returns
     -------
     Done
-        With the times of every point, in the grid's order.
+        Work done, with the decision times of every point in the grid's order.
 
     Raises
     ------
     StoreError, ScenarioError, SchemeError, SweepError
-        If the input is wrong; nothing has been run then.
+        If the input is wrong; then nothing was run.
     RunError
-        If the work could not be finished; its blocks are kept.
+        If the work could not be finished; its finished blocks stay on disk.
     """
     study = sweep.study()
     names = scheme_names(study)
@@ -119,7 +119,7 @@ def open_sweep(path: Path) -> xr.Dataset:
     Raises
     ------
     StoreError
-        If the file is none.
+        If the file is not the result of a sweep.
     """
     import xarray as xr
 
@@ -134,7 +134,7 @@ def open_sweep(path: Path) -> xr.Dataset:
 
 
 def _finished(sweep: Sweep, study: Study) -> bool:
-    """Whether all results are there: a sweep may be killed after its last file is in place."""
+    """Return whether all results exist: a sweep may be killed after it wrote its last file."""
     if not sweep.out.is_file():
         return False
     try:
@@ -148,15 +148,17 @@ def _finished(sweep: Sweep, study: Study) -> bool:
 
 
 def _check_places(sweep: Sweep, study: Study) -> None:
-    """Refuse what is in the way, unless it is what the interrupted sweep itself has left."""
+    """Refuse existing files, except those of the interrupted sweep itself."""
     if sweep.csv is not None and sweep.csv.resolve() == sweep.out.resolve():
-        raise StoreError(f"{sweep.csv}: is the result itself; give the table another --csv")
+        raise StoreError(f"{sweep.csv}: is the result file; give another --csv")
     ours = sweep.resume and study.files.matches(study.job())
     for path in filter(None, (sweep.out, sweep.csv)):
         check_writable(path, force=sweep.force)
     folder = point_path(sweep.out, 0).parent
     if sweep.full and folder.exists() and not folder.is_dir():
-        raise StoreError(f"{folder}: is in the way of the points' results; give another --out")
+        raise StoreError(
+            f"{folder}: exists and is not a directory of points' results; give another --out"
+        )
     for path in _point_paths(sweep, study):
         if path.exists() and not (ours or sweep.force):
             raise StoreError(
@@ -173,7 +175,7 @@ def _write_points(sweep: Sweep, study: Study, names: Sequence[str]) -> None:
     """Write every point's full result, one block in memory at a time."""
     if sweep.force:
         for stale in point_path(sweep.out, 0).parent.glob("[0-9][0-9][0-9][0-9].nc"):
-            stale.unlink()  # of a grid that had more points
+            stale.unlink()  # from a grid with more points
     for index, path in enumerate(_point_paths(sweep, study)):
         path.parent.mkdir(exist_ok=True)
         clear_leftovers(path)
@@ -183,7 +185,7 @@ def _write_points(sweep: Sweep, study: Study, names: Sequence[str]) -> None:
 
 
 def _point_names(sweep: Sweep, study: Study) -> xr.Variable:
-    """Return where the points' full results are, over the grid and beside the tidy result."""
+    """Return the file names of the points' full results over the grid."""
     import xarray as xr
 
     paths = [str(path.relative_to(sweep.out.parent)) for path in _point_paths(sweep, study)]
@@ -194,7 +196,7 @@ def _point_names(sweep: Sweep, study: Study) -> xr.Variable:
 
 
 def _write_csv(sweep: Sweep) -> bool:
-    """Write the table if it is asked for and not there; return whether it was written."""
+    """Write the table if it is requested and missing; return whether it was written."""
     if sweep.csv is None or (sweep.csv.exists() and not sweep.force):
         return False
     with open_sweep(sweep.out) as dataset, replacing(sweep.csv) as temporary:

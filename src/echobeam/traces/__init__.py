@@ -1,11 +1,11 @@
-"""Motion from files: what a traffic simulator or a log says that vehicles did.
+"""Motion from files: traces of vehicles from a traffic simulator or a log.
 
-A file becomes a stream of samples (`source`, over `chunks`, `fcd` and `table`), cut where no
-vehicle can have gone (`breaks`). A first pass surveys it (`survey`, `totals`): it fits the road
-(`road`, `outline`), and compares speeds, times and positions (`speeds`, `clock`), so that a trace
-that contradicts itself is refused (`check`, `causes`). A second pass keeps what matters
-(`collect`), which `repair` makes fit for motion; `motion` makes smooth motion of it, and `service`
-chooses the vehicles that are served. `load` does all this.
+Read `load` first. A file becomes a stream of samples (`source`, with `chunks`, `fcd` and `table`),
+split at impossible steps (`breaks`). A first pass surveys it (`survey`, `totals`): it fits the road
+(`road`, `outline`) and compares speeds, times and positions (`speeds`, `clock`), so that an
+inconsistent trace is refused (`check`, `causes`). A second pass selects the samples of the slots
+(`collect`) and corrects them (`repair`); `motion` interpolates them, and `service` chooses the
+vehicles that are served.
 """
 
 from echobeam.traces.load import load_motion

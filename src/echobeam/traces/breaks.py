@@ -1,16 +1,16 @@
-"""Visits: each vehicle's samples, cut where no vehicle can have gone from one to the next.
+"""Visits: each vehicle's samples, split where a step is impossible for a vehicle.
 
-A simulator takes a jammed vehicle off the road and puts it elsewhere (a teleport), a log marks a
-missing position by an absurd one (a sentinel), and an id may come again as that of another
-vehicle. In each case the step between two samples is no motion. Two rules find such a step, and
-neither looks at the speeds that the file gives, which may be wrong themselves:
+A simulator moves a jammed vehicle elsewhere (a teleport), a log marks a missing position by an
+impossible one (a sentinel), and an id may be reused for another vehicle. In each case the step
+between two samples is not motion. Two rules detect such a step; neither uses the speeds in the
+file, which may be wrong themselves:
 
 - it is faster than any road vehicle, or
 - its velocity differs from those of the steps before and after it by more than a vehicle can
-  brake, or accelerate and brake again. Where it is the first or the last step of a visit, the one
-  neighbour that it has must agree with that neighbour's own.
+  brake, or accelerate and brake again. The first and the last step of a visit have one neighbouring
+  step, which must then agree with its own neighbour.
 
-SUMO's mark for an unknown position is dropped, and the vehicle is gone for that moment.
+A sample with SUMO's mark for an unknown position is dropped; the vehicle is absent at that time.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ from typing import NamedTuple
 from echobeam.traces.sample import NO_VALUE, Sample
 
 FASTEST = 100.0
-"""m/s (360 km/h): no road vehicle is faster."""
+"""Largest speed of a road vehicle, m/s (360 km/h)."""
 
 HARDEST = 10.0
-"""m/s^2: no road vehicle brakes harder."""
+"""Largest deceleration of a road vehicle, m/s^2."""
 
 _TO_AND_FRO = 5.0
-"""m/s^2: no road vehicle accelerates harder, and so none makes a step that is faster or slower by
-more than this than the steps on both sides."""
+"""Largest acceleration of a road vehicle, m/s^2: it limits the excess speed of a step over the
+steps on both sides."""
 
 SLACK = 5.0
-"""m by which positions may jump by themselves: a change of lane in one step."""
+"""Tolerated jump of a position, m: a change of lane in one step."""
 
 _ROUGHNESS = 4.0
-"""Multiples of the mean roughness of a vehicle's way, by which positions may jump besides: those
-of a noisy receiver."""
+"""Further tolerated jump of a position, in multiples of the mean roughness of a vehicle's path, for
+noisy receivers."""
 
 _SHORTEST = 0.01
-"""s added to a step before its speed is judged: time stamps may be rounded to two digits."""
+"""Addition to the duration of a step for its speed check, s: time stamps may have two digits."""
 
 
 class Visit(NamedTuple):
-    """Sample with the number of the visit that it belongs to, counted for each vehicle."""
+    """Sample with the number of its visit, counted for each vehicle."""
 
     sample: Sample
     number: int
@@ -60,16 +60,16 @@ class Step(NamedTuple):
     impossible: bool
 
     def away(self, other: Step) -> float:
-        """Return how far from here the velocity of a neighbour would have led, m."""
+        """Return the displacement difference to a step at the velocity of a neighbour, m."""
         return math.hypot(self.vx - other.vx, self.vy - other.vy) * self.duration
 
     def differs(self, other: Step, slack: float, acceleration: float) -> bool:
-        """Whether more than an acceleration, and some slack, lies between it and a neighbour."""
+        """Return whether a neighbour differs by more than an acceleration and some slack."""
         between = (self.duration + other.duration) / 2
         return self.away(other) > slack + acceleration * between * self.duration
 
     def sticks_out(self, one: Step, other: Step) -> bool:
-        """Whether both neighbours differ from this step to the same side."""
+        """Return whether this step differs from both neighbours in the same direction."""
         dx, dy = self.vx - one.vx, self.vy - one.vy
         return dx * (self.vx - other.vx) + dy * (self.vy - other.vy) > 0
 
@@ -82,19 +82,19 @@ def _step(one: Sample, other: Sample) -> Step:
 
 
 class Jump(NamedTuple):
-    """Step that no vehicle can have made."""
+    """Step that is impossible for a vehicle."""
 
     before: Sample
     after: Sample
 
     @property
     def distance(self) -> float:
-        """How far, m."""
+        """Length of the jump, m."""
         return math.hypot(self.after.x - self.before.x, self.after.y - self.before.y)
 
     @property
     def speed(self) -> float:
-        """How fast, m/s."""
+        """Speed of the jump, m/s."""
         return self.distance / (self.after.time - self.before.time)
 
 
@@ -105,11 +105,11 @@ class Breaks:
     Attributes
     ----------
     steps, jumps
-        Numbers of steps between its samples, and of those that are none of a vehicle.
+        Numbers of steps between its samples, and of those that are jumps.
     first_jump
-        The first of the latter.
+        First jump.
     unplaced
-        Samples without a position: how many, and the first.
+        Number of samples without a position, and the first of them.
     """
 
     steps: int = 0
@@ -121,12 +121,12 @@ class Breaks:
 
 @dataclass(slots=True)
 class _Follower:
-    """One vehicle's samples, until later ones show whether a step was a jump.
+    """Buffer of one vehicle's samples, until later ones decide whether a step was a jump.
 
-    The first of ``samples`` is decided and passed on already; ``steps[i]`` leads from sample i to
-    the next one. ``before`` is the step that led to the first sample, if it was motion, and
-    ``steady`` whether that one agreed with its own predecessor. ``known`` is the last step that
-    was motion, also in an earlier visit.
+    The first of ``samples`` is decided and already yielded; ``steps[i]`` leads from sample i to the
+    next one. ``before`` is the step to the first sample, if it was motion, and ``steady`` whether
+    it agreed with its own predecessor. ``known`` is the last step that was motion, also of an
+    earlier visit.
     """
 
     found: Breaks
@@ -156,7 +156,7 @@ class _Follower:
                 yield self._decide()
 
     def finish(self) -> Iterator[Visit]:
-        """Pass the waiting samples on."""
+        """Yield the samples in the buffer."""
         while self.steps:
             yield self._decide()
 
@@ -182,7 +182,7 @@ class _Follower:
         return Visit(self.samples[0], self.visit)
 
     def _is_odd(self, step: Step) -> bool:
-        """Whether a step that does not agree with the one before it is none of a vehicle."""
+        """Return whether a step that disagrees with the one before it is a jump."""
         after = list(takewhile(lambda other: not other.impossible, self.steps))
         if self.before is None:
             if len(after) > 1:
@@ -199,14 +199,14 @@ class _Follower:
 
 
 def unbroken(samples: Iterable[Sample], found: dict[str, Breaks]) -> Iterator[Visit]:
-    """Yield a trace's samples with the visits that they belong to.
+    """Yield a trace's samples with their visits.
 
     Parameters
     ----------
     samples
         A trace's samples, each vehicle's in order of time.
     found
-        Filled with the findings about each vehicle, by name.
+        Filled with the findings of each vehicle, by name.
 
     Yields
     ------
@@ -225,6 +225,6 @@ def unbroken(samples: Iterable[Sample], found: dict[str, Breaks]) -> Iterator[Vi
 
 
 def whole(samples: Iterable[Sample]) -> Iterator[Visit]:
-    """Yield the samples of a trace in which there is nothing to break at."""
+    """Yield the samples of a trace without jumps, each vehicle in one visit."""
     for sample in samples:
         yield Visit(sample, 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 _CLOSE = 0.04
-"""Relative difference at which a ratio still points to a unit."""
+"""Largest relative difference between a ratio and the one of a unit."""
 
 _CAUSES = (
     (3.6, "are the speeds in km/h?"),
@@ -25,24 +25,24 @@ _CAUSES = (
     (3.6 * 0.3048, "are the positions in feet, and the speeds in km/h?"),
     (2.23694 * 0.3048, "are the positions in feet, and the speeds in miles per hour?"),
 )
-"""How many times the ways between positions the speeds are, and what it may be."""
+"""Ratios of the given speeds to those of the positions, with their likely causes."""
 
 _FRAMES = (10.0, 12.0, 12.5, 15.0, 20.0, 24.0, 25.0, 29.97, 30.0, 50.0, 60.0)
-"""Usual numbers of pictures a second."""
+"""Usual frame rates, 1/s."""
 
 _DEGREE = 111_320.0
-"""m: a degree of latitude."""
+"""Length of a degree of latitude, m."""
 
 _DIGITS_OF_DEGREES = 4
 
 
 def cause_of(ratio: float, *, degrees: bool, whole_times: bool) -> str | None:
-    """Return the likely cause of speeds that are a multiple of what positions say; None if unknown.
+    """Return the likely cause of a ratio of given speeds to those of positions; None if unknown.
 
     Parameters
     ----------
     ratio
-        Speed given by speed of the positions.
+        Given speed divided by the speed of the positions.
     degrees
         Whether all positions could be longitudes and latitudes.
     whole_times
@@ -59,7 +59,7 @@ def cause_of(ratio: float, *, degrees: bool, whole_times: bool) -> str | None:
 
 
 def could_be_degrees(low: tuple[float, float], high: tuple[float, float], digits: int) -> bool:
-    """Whether positions between two corners could be longitudes and latitudes."""
+    """Return whether positions between two corners could be longitudes and latitudes."""
     return (
         -180 <= low[0] <= high[0] <= 180
         and -90 <= low[1] <= high[1] <= 90

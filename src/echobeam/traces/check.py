@@ -1,4 +1,4 @@
-"""Consistency check of a trace: contradictions are refused, or reported and put right."""
+"""Consistency check of a trace: contradictions are refused, or reported and corrected."""
 
 from __future__ import annotations
 
@@ -14,38 +14,38 @@ from echobeam.traces.totals import Totals, Vehicle
 
 _LIGHT = 299_792_458.0
 _STANDSTILL = 0.1
-"""m/s: a trace in which nothing is faster, and yet something moves, is in other units."""
+"""Largest speed of a vehicle at rest, m/s; motion without a higher speed means wrong units."""
 
 _DEGREES = 2e-3
-"""Degrees a second that no vehicle makes, not even of longitude far in the north."""
+"""Largest speed of a vehicle in longitude, also far in the north, degrees/s."""
 
 _CRAWL, _FAR = 1.0, 10.0
-"""m/s and m: what moves on for so long and is never faster moves by frames, not by seconds."""
+"""Speed, m/s, and path, m: a longer path without a higher speed suggests times in frames."""
 
 _DRIFT, _STEADY = 1e-4, 0.5
-"""m, and share of its way, that a vehicle has moved on if it was not its position that trembled."""
+"""Smallest net displacement of a moving vehicle, m and as a share of its path, against jitter."""
 
 _TYPICAL = 55.0
-"""m/s (200 km/h): where all traffic is faster, positions may be feet."""
+"""Speed, m/s (200 km/h), above which the mean traffic suggests positions in feet."""
 
 
 def check_trace(path: Path, totals: Totals, found: dict[str, Breaks]) -> tuple[str, ...]:
-    """Check a trace; return a sentence for each kind of data that is left out or reinterpreted.
+    """Check a trace; return a sentence for each kind of data omitted or reinterpreted.
 
     Parameters
     ----------
     path
-        The file's name, for messages.
+        Name of the file, for messages.
     totals
         Sums over all vehicles.
     found
-        Findings about the steps of each vehicle.
+        Findings on the steps of each vehicle.
 
     Raises
     ------
     TraceError
         If speeds, times and positions contradict each other; the message names the likely cause,
-        and the vehicle and the line where it shows first.
+        the vehicle and the first line that shows it.
     """
     _check_jumps(path, totals, found)
     _check_units(path, totals)
@@ -55,7 +55,7 @@ def check_trace(path: Path, totals: Totals, found: dict[str, Breaks]) -> tuple[s
 
 
 def _check_jumps(path: Path, totals: Totals, found: dict[str, Breaks]) -> None:
-    """Refuse steps that no vehicle makes where they are the rule."""
+    """Refuse a trace in which most steps are impossible for a vehicle."""
     steps = sum(each.steps for each in found.values())
     jumps = sum(each.jumps for each in found.values())
     often = 2 * jumps > steps
@@ -71,7 +71,7 @@ def _jump_fault(path: Path, totals: Totals, name: str, found: Breaks, jump: Jump
     elif speed > FASTEST:
         limit = f", faster than any road vehicle ({FASTEST:g} m/s)"
     else:
-        limit = ", and neither the steps before nor after it are like that"
+        limit = ", unlike the steps before and after it"
     given = [abs(each.speed) for each in jump if abs(each.speed) > 0]
     cause = None
     if given and speed > 2 * max(given):
@@ -83,13 +83,13 @@ def _jump_fault(path: Path, totals: Totals, name: str, found: Breaks, jump: Jump
         path,
         jump.after.line,
         f"vehicle {name!r} moves {jump.distance:.4g} m in "
-        f"{jump.after.time - jump.before.time:.4g} s, {speed:.4g} m/s{limit}; so it does in "
+        f"{jump.after.time - jump.before.time:.4g} s, {speed:.4g} m/s{limit}; so do "
         f"{found.jumps} of its {found.steps} steps; {said}{cause}",
     )
 
 
 def _check_units(path: Path, totals: Totals) -> None:
-    """Refuse speeds that are not those of the positions."""
+    """Refuse speeds that are inconsistent with the positions."""
     verdicts = {name: each.speeds.verdict() for name, each in totals.vehicles.items()}
     tested = sum(each.speeds.counted > 0 for each in totals.vehicles.values())
     wrong = [name for name, verdict in verdicts.items() if verdict is Verdict.WRONG]
@@ -120,13 +120,13 @@ def _unit_fault(
         vehicle.first.line,
         f"vehicle {name!r} moves {moved:.3g} m/s by its positions, but {stated:.3g} m/s by its "
         f"speed, {ratio:.4g} times as much ({len(vehicles)} of {tested} vehicles with speeds "
-        f"contradict themselves so); {cause}; accepted are metres, seconds and metres per "
+        f"are inconsistent like this); {cause}; accepted are metres, seconds and metres per "
         "second, or no speed",
     )
 
 
 def _check_fastest(path: Path, totals: Totals) -> None:
-    """Refuse vehicles that are too fast all the time, if by little."""
+    """Refuse vehicles that are slightly too fast at all times."""
     for name, vehicle in totals.vehicles.items():
         speeds = vehicle.speeds
         if speeds.net > FASTEST * speeds.time:
@@ -182,7 +182,7 @@ def _notes(totals: Totals, found: dict[str, Breaks]) -> Iterable[str]:
         yield (
             f"{_count(sum(each.unplaced for each in unplaced.values()), 'sample')} without a "
             f"position (SUMO's -1073741824) dropped, first of vehicle {name!r} in line "
-            f"{each.first_unplaced.line}; the vehicle is gone for that moment"
+            f"{each.first_unplaced.line}; the vehicle is absent at that time"
         )
     jumped = {name: each for name, each in found.items() if each.first_jump}
     if jumped:
@@ -193,15 +193,15 @@ def _notes(totals: Totals, found: dict[str, Breaks]) -> Iterable[str]:
             f"{_count(sum(each.jumps for each in jumped.values()), 'jump')} of "
             f"{_count(len(jumped), 'vehicle')} that no vehicle can drive, first of {name!r} in "
             f"line {jump.after.line} ({jump.distance:.4g} m in "
-            f"{jump.after.time - jump.before.time:.3g} s); the vehicle is gone meanwhile"
+            f"{jump.after.time - jump.before.time:.3g} s); the vehicle is absent in between"
         )
     yield from _speed_notes(totals)
     path = sum(each.speeds.path for each in totals.vehicles.values())
     time = sum(each.speeds.time for each in totals.vehicles.values())
     if path > _TYPICAL * time:
         yield (
-            f"the vehicles drive {path / time:.3g} m/s ({3.6 * path / time:.3g} km/h) in the mean; "
-            "are the positions feet instead of metres?"
+            f"the vehicles drive {path / time:.3g} m/s ({3.6 * path / time:.3g} km/h) on average; "
+            "are the positions in feet instead of metres?"
         )
 
 
@@ -223,8 +223,8 @@ def _speed_notes(totals: Totals) -> Iterable[str]:
         worst = max(inexact, key=lambda name: abs(math.log(vehicles[name].speeds.ratio())))
         ratio, line = vehicles[worst].speeds.ratio(), vehicles[worst].first.line
         yield (
-            f"the speeds of {_count(len(inexact), 'vehicle')} of {len(vehicles)} differ from what "
-            f"the positions say, most that of {worst!r} in line {line} ({ratio - 1:+.1%}): taken "
+            f"the speeds of {_count(len(inexact), 'vehicle')} of {len(vehicles)} differ from those "
+            f"of the positions, most that of {worst!r} in line {line} ({ratio - 1:+.1%}): taken "
             "from the positions"
         )
 

@@ -1,4 +1,4 @@
-"""Bytes of a trace file, unpacked piece by piece; lines are counted as they come."""
+"""Bytes of a trace file, decompressed in chunks, with a count of lines."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ _CHUNK = 1 << 16
 _HEAD = 512
 
 Advance = Callable[[int], None]
-"""Called with the number of bytes of the file that have been read."""
+"""Function that is called with the number of bytes read from the file."""
 
 
 class Chunks:
-    """Stream of the pieces of a file, which may be gzip-compressed.
+    """Stream of the chunks of a file, which may be gzip-compressed.
 
     Attributes
     ----------
     head
-        The first bytes, which tell the format; they come again in the stream.
+        First bytes, which identify the format; they are also part of the stream.
     lines
-        Number of whole lines that have been handed out so far. What a damaged gzip file holds
-        before the damage is handed out before the fault is raised.
+        Number of complete lines yielded so far. The data before the damage in a gzip file are
+        yielded before the error is raised.
     """
 
     def __init__(self, raw: BufferedReader, advance: Advance) -> None:
@@ -34,7 +34,7 @@ class Chunks:
         self.head = self._stream.peek(_HEAD)[:_HEAD]
 
     def __iter__(self) -> Iterator[bytes]:
-        # Not `read`, which loses what it has when the end of a cut-off file meets it half way.
+        # Not `read`, which loses its data at the end of a truncated file.
         while chunk := self._stream.read1(_CHUNK):
             self.lines += chunk.count(b"\n")
             yield chunk

@@ -1,11 +1,10 @@
 """Even sample times behind rounded time stamps.
 
-Steps of 0.025 s, written with two digits, read 0.03, 0.05, 0.08: the times jitter by a fifth of a
-step, and so would every speed. Where the steps of a trace differ by no more than the last digit,
-and the times lie on a line to within it, the steps were even, and the times are put back on it.
-The line's slope is one for the whole trace (least squares over all vehicles); its offset is each
-vehicle's own. Times that jitter by themselves, as those of a receiver, wander off a line and are
-left as they are.
+Steps of 0.025 s, rounded to two digits, read 0.03, 0.05, 0.08: the times jitter by a fifth of a
+step, and every speed would too. If the steps of a trace differ by no more than the last digit, and
+the times fit a line to within it, the steps were even, and the times are moved to the line. The
+slope of the line is common to the trace (least squares over all vehicles); its offset is that of
+each vehicle. Times that truly jitter, as those of a receiver, depart from a line and are unchanged.
 """
 
 from __future__ import annotations
@@ -21,19 +20,19 @@ from echobeam.values import Array, BoolArray
 
 _FINEST = 6
 _SAME_STEP = 1.25
-"""Ratio up to which steps may be the same one, whatever digits their times have."""
+"""Largest ratio of two steps that may be the same, whatever the digits of their times."""
 
 _LEAST_DIGITS = 1.5
-"""Number of last digits that a step must have: else a missing sample looks like rounding."""
+"""Smallest step in units of the last digit: in shorter ones a lost sample looks like rounding."""
 
 _NOTICED = 0.005
-"""Share of a step: a last digit that is finer than this is below what motion is known to."""
+"""Smallest last digit that is corrected, as a share of a step: finer ones do not affect motion."""
 
 _FLOAT_SLACK = 1e-3
 
 
 class EvenStep(NamedTuple):
-    """Step between samples that rounded times stand for, and their last digit, both in s."""
+    """Even step between samples with rounded times, and their last digit, both in s."""
 
     duration: float
     digit: float
@@ -51,7 +50,7 @@ def last_digit(value: float, digits: int) -> int:
 
 @dataclass(slots=True)
 class Ticks:
-    """One vehicle's times in sum since its last longer break: step number against time."""
+    """Sums over one vehicle's times since its last longer gap: step number against time."""
 
     begin: float = math.nan
     last: float = math.nan
@@ -68,8 +67,8 @@ class Ticks:
 class ClockFit:
     """Least squares of time against step number, over all vehicles.
 
-    ``shortest`` and ``longest`` are the extremes of the steps that may all be the same one; a
-    step that is shorter by far begins the fit anew, one that is longer ends a vehicle's run.
+    ``shortest`` and ``longest`` are the extremes of the steps that may all be the same; a much
+    shorter step restarts the fit, a longer one ends a vehicle's run.
     """
 
     digits: int = 0
@@ -83,11 +82,11 @@ class ClockFit:
 
     @property
     def period(self) -> float:
-        """Mean of the steps that may all be the same one, s."""
+        """Mean of the steps that may all be the same, s."""
         return self.time / self.steps if self.steps else math.inf
 
     def take(self, ticks: Ticks, time: float) -> float:
-        """Take account of a vehicle's next time; return the step to it, evened as far as known."""
+        """Add a vehicle's next time; return the step to it, without the rounding known so far."""
         self.digits = last_digit(time, self.digits)
         step = time - ticks.last
         ticks.last = time
@@ -95,12 +94,12 @@ class ClockFit:
             self.shortest, self.longest = step, step
             self.steps, self.time, self.samples, self.sums = 0, 0.0, 0.0, np.zeros(3)
             self.generation += 1
-        if not step <= self._longest_like(self.shortest):  # also at the vehicle's first time
+        if not step <= self._longest_like(self.shortest):  # also true at the vehicle's first time
             self._close(ticks)
             ticks.begin, ticks.count, ticks.generation = time, 1, self.generation
             ticks.k = ticks.kk = ticks.t = ticks.kt = ticks.tt = 0.0
             return step
-        if ticks.generation != self.generation:  # the time before begins a run of the new steps
+        if ticks.generation != self.generation:  # the previous time begins a run of the new steps
             ticks.begin, ticks.count, ticks.generation = time - step, 1, self.generation
             ticks.k = ticks.kk = ticks.t = ticks.kt = ticks.tt = 0.0
         self.shortest, self.longest = min(self.shortest, step), max(self.longest, step)
@@ -121,7 +120,7 @@ class ClockFit:
         return max(_SAME_STEP * step, rounded)
 
     def _jitters(self) -> bool:
-        """Whether the steps differ, by no more than the times' last digit."""
+        """Return whether the steps differ, but by no more than the times' last digit."""
         digit = 10.0**-self.digits
         spread = self.longest - self.shortest
         noticed = _NOTICED * self.shortest < digit < self.shortest / _LEAST_DIGITS
@@ -139,12 +138,12 @@ class ClockFit:
             self.samples += n
 
     def even_step(self, ticks: Iterable[Ticks]) -> EvenStep | None:
-        """Return the even step that rounded times stand for; None if times are what they are.
+        """Return the even step behind rounded times; None if the times are not rounded.
 
         Parameters
         ----------
         ticks
-            Those of all vehicles; no times can be taken afterwards.
+            Times of all vehicles; no times can be added afterwards.
         """
         for one in ticks:
             self._close(one)
@@ -154,20 +153,20 @@ class ClockFit:
         kk, kt, tt = self.sums
         step = kt / kk
         variance = (tt - kt * step) / self.samples
-        # A rounding error is spread evenly over a digit, with variance digit^2 / 12.
+        # A rounding error is uniform over a digit, with variance digit^2 / 12.
         return EvenStep(float(step), digit) if variance <= 2 * digit**2 / 12 else None
 
 
 def evened(time: Array, linked: BoolArray, step: EvenStep) -> Array:
-    """Return times put back on even steps, each unbroken run on a line of its own.
+    """Return times moved to even steps, each unbroken run with its own line.
 
-    Of the lines that are within half a digit of all times of a run, the one is taken that is
-    nearest to its first time.
+    Among the lines within half a digit of all times of a run, the one nearest to its first time is
+    taken.
 
     Parameters
     ----------
     time
-        ``(n,)`` s, those of each vehicle in order.
+        ``(n,)`` s, in order for each vehicle.
     linked
         ``(n - 1,)``: whether a time and the next belong to one run.
     step

@@ -1,9 +1,9 @@
-"""The second pass over a trace: the samples that matter to the slots asked for.
+"""Second pass over a trace: selection of the samples for the slots of a run.
 
-A stretch between two successive samples of a vehicle matters if it meets both the time window and
-the stretch of road that the UAV can serve; its two ends are kept, and some samples before and
-after them, which the speeds at its ends may need. All else is forgotten at once, so memory goes
-with the window and the number of vehicles, not with the length of the file.
+An interval between two successive samples of a vehicle is selected if it overlaps both the time
+window and the stretch of road that the UAV can serve; its two ends are stored, with some samples
+before and after for the speeds at the ends. All others are discarded at once, so memory grows with
+the window and the number of vehicles, not with the length of the file.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from echobeam.traces.sample import Sample
 from echobeam.values import Array, IntArray
 
 CONTEXT = 3
-"""Samples kept before and after a stretch that matters."""
+"""Number of samples stored before and after a selected interval."""
 
 
 class Window(NamedTuple):
-    """Which part of a trace matters: times in s, distances along the road in m."""
+    """Selected part of a trace: times in s, distances along the road in m."""
 
     begin: float
     end: float
@@ -44,13 +44,13 @@ class RoadSamples:
     vehicle
         ``(n,)``: index into ``names``.
     visit
-        ``(n,)``: counts how often the vehicle was gone before, off the road or elsewhere.
+        ``(n,)``: number of earlier absences of the vehicle, off the road or elsewhere.
     time
         ``(n,)`` s.
     along, across
         ``(n,)`` m, in the road's coordinates.
     speed
-        ``(n,)`` m/s; NaN where not known.
+        ``(n,)`` m/s; NaN if unknown.
     """
 
     names: tuple[str, ...]
@@ -77,9 +77,9 @@ class OffRoad:
     Attributes
     ----------
     farthest
-        m from the axis, for each vehicle that was ever off the road.
+        Largest distance from the axis, m, of each vehicle that was ever off the road.
     first
-        The first sample off the road.
+        First sample off the road.
     """
 
     farthest: dict[str, float] = field(default_factory=dict)
@@ -93,7 +93,7 @@ class OffRoad:
 
 @dataclass(slots=True)
 class _Follower:
-    """Decides for one vehicle, sample by sample, which ones to keep."""
+    """Selection of one vehicle's samples, one by one."""
 
     context: int
     visit: int = 0
@@ -103,13 +103,13 @@ class _Follower:
     keep_next: int = 0
 
     def leave(self) -> None:
-        """Take note that the vehicle is gone."""
+        """Record that the vehicle is absent."""
         if self.last is not None:
             self.visit += 1
         self.last, self.keep_next, self.pending = None, 0, ()
 
     def follow(self, placed: _Placed, window: Window) -> list[_Placed]:
-        """Return the samples that this one shows to matter."""
+        """Return the samples that are selected because of this one."""
         matters = self.last is not None and _meets(self.last, placed, window)
         self.last = placed
         if matters:
@@ -127,7 +127,7 @@ class _Follower:
 def collect(
     visits: Iterable[Visit], road: Road, window: Window, off: OffRoad, context: int = CONTEXT
 ) -> RoadSamples:
-    """Return the samples on a road that matter to a window.
+    """Return the samples on a road that are needed for a window.
 
     Parameters
     ----------
@@ -136,11 +136,11 @@ def collect(
     road
         The road; samples off it end the vehicle's visit.
     window
-        Times and distances along the road to be known.
+        Times and distances along the road to select.
     off
         Filled with the samples beside the road.
     context
-        Samples kept before and after a stretch that matters.
+        Number of samples stored before and after a selected interval.
     """
     followers: dict[str, _Follower] = {}
     index: dict[str, int] = {}
@@ -166,9 +166,9 @@ def collect(
 
 
 def _meets(one: _Placed, other: _Placed, window: Window) -> bool:
-    """Whether the stretch between two samples meets the window.
+    """Return whether the interval between two samples overlaps the window.
 
-    The motion between two samples stays between them (see `motion`), so this is exact.
+    The motion between two samples is monotone (see `motion`), so this is exact.
     """
     return (
         one.time <= window.end

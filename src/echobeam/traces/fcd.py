@@ -1,8 +1,8 @@
 """SUMO floating-car data: ``<fcd-export><timestep time=".."><vehicle id x y speed/>...``.
 
-The file is pushed through expat in chunks and no tree is built, so memory does not grow with the
-file. Document types are refused, and with them every entity that could be expanded. Persons and
-containers are passed over; coordinates must be metres (SUMO writes degrees under
+The file is parsed by expat in chunks without a tree, so memory does not grow with the file.
+Document types are refused, and with them all expandable entities. Persons and containers are
+ignored; coordinates must be metres (SUMO writes degrees under
 ``--fcd-output.geo``).
 """
 
@@ -16,20 +16,20 @@ from echobeam.traces.sample import Sample, TraceError, fault, read_number
 
 
 def fcd_samples(chunks: Iterable[bytes], path: Path) -> Iterator[Sample]:
-    """Yield the samples of an FCD file in its order.
+    """Yield the samples of an FCD file in the order of the file.
 
     Parameters
     ----------
     chunks
-        The XML, decompressed, in pieces.
+        XML, decompressed, in chunks.
     path
         The file's name, for messages.
 
     Raises
     ------
     TraceError
-        If the XML is damaged, cut off, has a document type, is no FCD export, or a value in it
-        is missing or no number; or if a time step goes back in time.
+        If the XML is damaged, truncated, has a document type or is not an FCD export, if a value
+        is missing or not a number, or if a time step goes back in time.
     """
     reader = _FcdReader(path)
     for chunk in chunks:
@@ -40,7 +40,7 @@ def fcd_samples(chunks: Iterable[bytes], path: Path) -> Iterator[Sample]:
 
 
 class _FcdReader:
-    """Expat's handlers and the little that must be remembered between them."""
+    """Handlers of expat with their shared state."""
 
     def __init__(self, path: Path) -> None:
         self.samples: list[Sample] = []
@@ -78,7 +78,7 @@ class _FcdReader:
         elif tag == "fcd-export":
             self._in_export = True
         elif not self._in_export:
-            raise self._fault(f"<{tag}> is no SUMO FCD export; accepted is <fcd-export>")
+            raise self._fault(f"<{tag}> is not a SUMO FCD export; accepted is <fcd-export>")
 
     def _end(self, tag: str) -> None:
         if tag == "timestep":
@@ -95,7 +95,7 @@ class _FcdReader:
 
     def _sample(self, attributes: dict[str, str]) -> Sample:
         if self._time is None:
-            raise self._fault("<vehicle> outside a <timestep>; accepted is only inside one")
+            raise self._fault("<vehicle> outside a <timestep>; accepted only inside one")
         name = attributes.get("id", "")
         if not name:
             raise self._fault("<vehicle> without id; accepted is a non-empty id")

@@ -1,4 +1,4 @@
-"""From a trace file to the motion of the vehicles that a UAV serves."""
+"""Loading of a trace file as the motion of the vehicles that a UAV serves."""
 
 from __future__ import annotations
 
@@ -38,38 +38,38 @@ def load_motion(
 ) -> TraceMotion:
     """Return the vehicles of a trace that a UAV serves, slot by slot.
 
-    The file is read twice, sample by sample: once as a whole, for its faults, its time span, its
-    road and its extent, and once for what matters to these slots and this stretch of road. (Once
-    more where some of the traffic is off the road that was fitted.) Data that are left out or
-    reinterpreted are reported by a `TraceWarning`.
+    The file is read twice, sample by sample: first for its errors, time span, road and extent, then
+    for the samples of these slots and this stretch of road. (A third time if some of the traffic
+    is off the fitted road.) Data that are omitted or reinterpreted are reported by a
+    `TraceWarning`.
 
     Parameters
     ----------
     path
         SUMO FCD XML or CSV with the header ``t,id,x,y[,speed]``, either may be gzip-compressed.
     times
-        ``(slots,)`` s, increasing: the slots' times; only their differences count.
+        ``(slots,)`` s, increasing: times of the slots; only their differences matter.
     uav_x
-        Scalar or ``(slots,)`` m along the road from its origin: the point under the UAV.
+        Point below the UAV, m along the road from its origin; scalar or ``(slots,)``.
     max_objects
-        The largest number of vehicles served at once, from 0.
+        Largest number of vehicles served at once, from 0.
     range_m
-        m: how far along the road from the point under the UAV vehicles are served.
+        Largest distance along the road from the point below the UAV to a served vehicle, m.
     road
-        The road's axis; default: fitted to the vehicles' ways.
+        Axis of the road; default: fitted to the vehicles' paths.
     origin
-        m along the road's axis: what counts as x = 0; default: the middle of the stretch on
-        which vehicles are seen anywhere in the trace.
+        Position of x = 0, m along the road's axis; default: the middle of the stretch with
+        vehicles anywhere in the trace.
     start
-        s: the trace's time at slot 1; default: that of its first sample.
+        Time of the trace at slot 1, s; default: that of its first sample.
 
     Raises
     ------
     TraceError
-        If the trace cannot be used or contradicts itself, or ends before the first or begins
+        If the trace cannot be used or is inconsistent, or ends before the first or begins
         after the last slot.
     ValueError
-        If another argument makes no sense.
+        If another argument is not accepted.
     """
     file = Path(path)
     clock, ground = _checked(times, uav_x, max_objects, range_m, origin, start)
@@ -103,29 +103,29 @@ def load_motion(
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
     motion = serve(sightings, samples.names, ground, max_objects, range_m, survey.dropped)
     if max_objects and not motion.present.any():
-        note = f"no vehicle comes within {range_m:g} m of the UAV in these slots: nobody is served"
+        note = f"no vehicle comes within {range_m:g} m of the UAV in these slots: none is served"
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
     return motion
 
 
 def _middle(file: Path, survey: Survey) -> float:
-    """Return the middle of the stretch of road on which vehicles are seen."""
+    """Return the middle of the stretch of road with vehicles."""
     extent = survey.extent or extent_on(survey.road, read_samples(file))
     return sum(extent) / 2
 
 
 def _rounding(survey: Survey) -> float:
-    """Return by how much times may be moved, s."""
+    """Return the largest correction of times, s."""
     return 0.0 if survey.step is None else survey.step.digit
 
 
 def _context(survey: Survey) -> int:
-    """Return how many samples the motion around a stretch depends on."""
+    """Return the number of samples on which the motion around an interval depends."""
     return (CONTEXT + 1) * max(1, math.ceil(spacing(survey) / survey.period))
 
 
 def _notes(survey: Survey, off: OffRoad) -> Iterator[str]:
-    """Yield a sentence about the vehicles beside the road, if there are any."""
+    """Yield a sentence on the vehicles off the road, if there are any."""
     if off.first is not None:
         count = len(off.farthest)
         yield (
@@ -144,7 +144,7 @@ def _checked(
     origin: float | None,
     start: float | None,
 ) -> tuple[Array, Array]:
-    """Return the slots' times from the first one on, and the UAV's ground points."""
+    """Return the times of the slots relative to the first, and the points below the UAV."""
     clock = np.array(times, dtype=float)
     if clock.ndim != 1 or clock.size == 0 or not np.isfinite(clock).all():
         raise ValueError("times must be finite, of shape (slots,), with at least one slot")

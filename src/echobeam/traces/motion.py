@@ -1,12 +1,12 @@
-"""Motion between samples: piecewise cubic, with continuous speed, and never backwards.
+"""Motion between samples: monotone piecewise cubic interpolation with continuous speed.
 
-Between two samples the distance along the road is the cubic that has the positions and the speeds
-of both (Hermite). The speed at a sample is the one that the trace gives, projected on the road,
-or else the slope there of the parabola through the sample and its neighbours. Both are then held
-to what keeps the cubic monotone (de Boor and Swartz 1977): of the direction of travel, and at most
-three times the mean speed of the stretch on either side. So a vehicle that stops does not roll
-back, and one that turns round does so at a sample. Speeds that fit the positions are not touched:
-motion at constant velocity or acceleration comes out exactly.
+Between two samples the distance along the road is the cubic with the positions and the speeds of
+both (Hermite). The speed at a sample is the one in the trace, projected on the road, or else the
+slope of the parabola through the sample and its neighbours. Both are then limited so that the cubic
+is monotone (de Boor and Swartz 1977): in the direction of travel, and at most three times the mean
+speed of the interval on either side. So a vehicle that stops does not roll back, and one that turns
+round does so at a sample. Speeds consistent with the positions are unchanged: motion at constant
+velocity or acceleration is reproduced exactly.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from echobeam.traces.sample import SHORTEST_STEP
 from echobeam.values import Array, BoolArray, IntArray
 
 GAP_PERIODS = 5.0
-"""A gap of more than this many sample periods means that the vehicle was gone meanwhile.
+"""Longest gap, in sample periods, that is interpolated; in a longer one the vehicle is absent.
 
-A vehicle's period is the median of the times between its samples.
+The period of a vehicle is the median of the times between its samples.
 """
 
 _STEEPEST = 3.0
@@ -30,7 +30,7 @@ _STEEPEST = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sightings:
-    """Which vehicle is where at which slot; one entry per vehicle and slot, ordered by vehicle.
+    """Positions of vehicles at slots; one entry per vehicle and slot, ordered by vehicle.
 
     Attributes
     ----------
@@ -49,18 +49,18 @@ class Sightings:
 
 
 def sight(samples: RoadSamples, clock: Array) -> Sightings:
-    """Return where the vehicles are at the slots' times.
+    """Return the vehicles' positions and velocities at the slots' times.
 
-    A vehicle is there from its first to its last sample and nowhere else: nothing is
-    extrapolated, and a gap of more than `GAP_PERIODS`, a time off the road or a jump splits its
-    presence by a slot at least.
+    A vehicle is present from its first to its last sample, without extrapolation; a gap of more
+    than `GAP_PERIODS`, a time off the road or a jump interrupts its presence for at least one
+    slot.
 
     Parameters
     ----------
     samples
         The vehicles' samples.
     clock
-        ``(slots,)`` s, increasing: the slots' times on the trace's clock.
+        ``(slots,)`` s, increasing: times of the slots on the trace's clock.
     """
     linked = links(samples)
     slope = road_speeds(samples, linked)
@@ -93,7 +93,7 @@ def road_speeds(samples: RoadSamples, linked: BoolArray) -> Array:
     Returns
     -------
     Array
-        ``(n,)`` m/s. The sign is that of the positions' change, whatever the sign of the speeds.
+        ``(n,)`` m/s. The sign follows from the positions, whatever the sign of the speeds.
     """
     h = np.diff(samples.time)
     chord = _ratio(np.diff(samples.along), h, linked)
@@ -113,7 +113,7 @@ def road_speeds(samples: RoadSamples, linked: BoolArray) -> Array:
 
 
 def links(samples: RoadSamples) -> BoolArray:
-    """Whether each sample and the next belong to one unbroken motion."""
+    """Return whether each sample and the next belong to one unbroken motion."""
     step = np.diff(samples.time)
     same = (np.diff(samples.vehicle) == 0) & (np.diff(samples.visit) == 0)
     limit = GAP_PERIODS * _periods(samples.vehicle[:-1][same], step[same], len(samples.names))
@@ -134,13 +134,13 @@ def _periods(vehicle: IntArray, step: Array, n_vehicles: int) -> Array:
 def _parabola_slopes(h: Array, chord: Array, linked: BoolArray) -> Array:
     """Return the slopes at the samples of the parabola through the three nearest ones.
 
-    At the first and last sample of a motion these are the end slopes of the first and last
+    At the first and last sample of a motion, the slope is that of the end of the first or last
     parabola; a motion of two samples is a straight line.
     """
     both = linked[:-1] & linked[1:]
     bend = _ratio(np.diff(chord), h[:-1] + h[1:], both)  # half the acceleration
     slope = np.zeros(h.size + 1)
-    # From the stretch on the right, with the bend at its left end or, at a start, at its right.
+    # From the interval on the right, with the bend at its left end or, at a start, at its right.
     bend_at = np.pad(bend, 1)
     has_left = np.append(False, linked[:-1])
     at_left = chord - h * np.where(has_left, bend_at[:-1], bend_at[1:])
@@ -151,10 +151,10 @@ def _parabola_slopes(h: Array, chord: Array, linked: BoolArray) -> Array:
 
 
 def road_share(samples: RoadSamples, linked: BoolArray) -> Array:
-    """Return the cosine between the vehicle's way around a sample and the road, 0 to 1.
+    """Return the cosine between the vehicle's path around a sample and the road, 0 to 1.
 
-    It is the largest of those at the sample and its neighbours: simulators change lanes by a
-    jump to the side in a single step, at which the vehicle drives on along the road.
+    It is the largest of the cosines at the sample and its neighbours: simulators change lanes by a
+    sideways jump in a single step, during which the vehicle continues along the road.
     """
     index = np.arange(samples.time.size)
     before, after = index - np.append(False, linked), index + np.append(linked, False)
@@ -168,7 +168,7 @@ def road_share(samples: RoadSamples, linked: BoolArray) -> Array:
 def _back_at_once(
     vehicle: IntArray, stretch: IntArray, slot: IntArray, linked: BoolArray
 ) -> BoolArray:
-    """Whether a vehicle is seen in the very slot after it was gone, as if it had not been."""
+    """Return whether a vehicle is present in the slot right after an absence, hiding it."""
     run = np.append(0, np.cumsum(~linked))[stretch]
     back = np.zeros(slot.size, dtype=bool)
     back[1:] = (np.diff(vehicle) == 0) & (np.diff(slot) == 1) & (np.diff(run) != 0)
@@ -181,9 +181,9 @@ def _ratio(numerator: Array, denominator: Array, where: BoolArray) -> Array:
 
 
 def _slots_in(time: Array, linked: BoolArray, clock: Array) -> tuple[IntArray, IntArray]:
-    """Return each stretch between linked samples with each slot in it, as two lists.
+    """Return the pairs of an interval between linked samples and a slot in it, as two lists.
 
-    A slot that misses the first or last sample by rounding (0.07 against 7 * 0.01) is at it.
+    A slot that misses the first or last sample by rounding (0.07 against 7 * 0.01) counts as at it.
     """
     starts = ~np.append(False, linked[:-1])
     ends = ~np.append(linked[1:], False)

@@ -1,4 +1,4 @@
-"""Convex hull of a stream of points: how far a trace reaches along any road."""
+"""Convex hull of a stream of points: the extent of a trace along any road."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _HULL_BUFFER = 4096
 
 @dataclass(slots=True)
 class Outline:
-    """The convex hull of a stream of points."""
+    """Convex hull of a stream of points."""
 
     points: list[Point] = field(default_factory=list)
     limit: int = _HULL_BUFFER
@@ -25,7 +25,7 @@ class Outline:
 
 
 def convex_hull(points: list[Point]) -> list[Point]:
-    """Return the corners of the smallest convex polygon around points (monotone chain)."""
+    """Return the vertices of the convex hull of points (monotone chain)."""
     ordered = sorted(set(points))
     if len(ordered) < 3:
         return ordered

@@ -1,7 +1,7 @@
 """Progress of the reading of long traces.
 
-A trace is read deep inside a run, once for all its trials, and its motion is cached. So progress is
-asked for around the run, by a context, instead of by a function that is handed down to the reader.
+A trace is read deep inside a run, once for all trials, and its motion is cached. Progress is
+therefore requested by a context around the run, not by an argument passed down to the reader.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from echobeam.traces.chunks import Advance
 Progress = Callable[[int, int], None]
 
 LONG = 1 << 20
-"""bytes: smaller files are read in about a second, and show nothing."""
+"""Smallest size of a file whose reading shows progress, bytes; a smaller one takes about 1 s."""
 
 
 def _silent(done: int, total: int) -> None:
@@ -28,12 +28,12 @@ _watcher: ContextVar[Progress] = ContextVar("watcher", default=_silent)
 
 @contextmanager
 def reading_shown(bar: Callable[[str], AbstractContextManager[Progress]]) -> Iterator[None]:
-    """Show the reading of long traces in bars of their own, which end with the reading.
+    """Show progress bars for the reading of long traces.
 
     Parameters
     ----------
     bar
-        Gives a progress bar for a label.
+        Function that returns a progress bar for a label.
     """
     with ExitStack() as bars:
         open_bars: list[Progress] = []
@@ -52,7 +52,7 @@ def reading_shown(bar: Callable[[str], AbstractContextManager[Progress]]) -> Ite
 
 @contextmanager
 def watched(show: Progress) -> Iterator[None]:
-    """Call ``show`` with the bytes read so far, and in all, while a long trace is read."""
+    """Call ``show`` with the bytes read and the total while a long trace is read."""
     token = _watcher.set(show)
     try:
         yield
@@ -61,14 +61,14 @@ def watched(show: Progress) -> Iterator[None]:
 
 
 def meter(path: Path, reading: int, readings: int) -> Advance:
-    """Return what one of several readings of a file calls.
+    """Return the progress function of one of several readings of a file.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     reading, readings
-        Which one, counted from 0, and how many there are in all.
+        Number of this reading, counted from 0, and number of all readings.
     """
     size = path.stat().st_size if path.is_file() else 0
     show = _watcher.get() if size >= LONG else _silent

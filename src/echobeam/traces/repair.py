@@ -1,9 +1,9 @@
-"""Repair of samples on a road: even times, consistent speeds, no more samples than digits allow.
+"""Repair of samples on a road: even times, consistent speeds, thinning to the positions' digits.
 
-What the survey found of the whole trace is applied to the samples that were collected. Two things
-show only sample by sample: a speed that contradicts the way on both sides of it, which is
-then unknown, and a jump that is too short for `breaks` to tell it from motion by the positions
-alone, at which the vehicle is gone.
+The findings of the survey on the whole trace are applied to the collected samples. Two faults are
+visible only in single samples: a speed that is inconsistent with the positions on both sides, which
+is then unknown, and a jump that is too short for `breaks` to detect from the positions alone,
+during which the vehicle is absent.
 """
 
 from __future__ import annotations
@@ -21,34 +21,34 @@ from echobeam.traces.survey import Survey
 from echobeam.values import Array, BoolArray, IntArray
 
 _SLOWEST_NOISE = 0.02
-"""m/s: speeds from positions are known to this where samples are thinned out."""
+"""Error of speeds from the positions of thinned samples, m/s."""
 
 _LONGEST_SPACING = 1.0
-"""s between samples up to which they are thinned out."""
+"""Longest time between thinned samples, s."""
 
 _COARSEST = 0.1
-"""m: a coarser last digit says that positions are whole numbers, not that they are rounded."""
+"""Coarsest last digit of rounded positions, m: coarser ones are exact, not rounded."""
 
 _ALIKE = 0.7
-"""Share of their mean above which two speeds tell that a vehicle drove steadily between them."""
+"""Smallest ratio of two speeds to their mean in steady motion between them."""
 
 _SAME, _OTHER = 0.1, 0.3
-"""Relative differences up to which ways are the same, and from which on they are others."""
+"""Relative differences of paths: the largest of equal ones, and the smallest of different ones."""
 
 _LITTLE = 0.2
-"""m that such ways may differ by besides."""
+"""Further tolerated difference of paths, m."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Repaired:
-    """Samples that are fit for motion.
+    """Repaired samples, ready for interpolation.
 
     Attributes
     ----------
     samples
-        The samples.
+        Repaired samples.
     notes
-        Sentences about the speeds that are of no use, and the short jumps.
+        Sentences on the unusable speeds and the short jumps.
     """
 
     samples: RoadSamples
@@ -56,7 +56,7 @@ class Repaired:
 
 
 def spacing(survey: Survey) -> float:
-    """Return the time, s, below which samples are too close for the digits of their positions.
+    """Return the shortest time between samples for the digits of their positions, s.
 
     SUMO writes two digits: at 40 samples a second a car of 14 m/s then goes 0.34 or 0.35 m from
     one to the next, and its speed would jump by three per cent.
@@ -68,14 +68,14 @@ def spacing(survey: Survey) -> float:
 
 
 def repair(samples: RoadSamples, survey: Survey) -> Repaired:
-    """Return samples made fit for motion.
+    """Return samples repaired for interpolation.
 
     Parameters
     ----------
     samples
-        As they were collected.
+        Collected samples.
     survey
-        What holds for the trace as a whole.
+        Findings on the whole trace.
     """
     if samples.time.size == 0:
         return Repaired(samples, ())
@@ -96,16 +96,18 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
     samples = replace(samples, speed=speed, visit=visit)
     unknown = (dropouts | outliers) & survey.speeds_at_samples
     notes = (
-        *_note(samples, unknown, "speed(s) contradict the positions on both sides", "unknown then"),
         *_note(
-            samples, np.append(False, jumps), "short jump(s) contradict the speeds", "gone then"
+            samples, unknown, "speed(s) contradict the positions on both sides", "read as unknown"
+        ),
+        *_note(
+            samples, np.append(False, jumps), "short jump(s) contradict the speeds", "absent then"
         ),
     )
     return Repaired(_thinned(samples, spacing(survey)), notes)
 
 
 def _note(samples: RoadSamples, found: BoolArray, fault: str, consequence: str) -> Iterator[str]:
-    """Yield a sentence about samples, if there are any."""
+    """Yield a sentence on the samples found, if there are any."""
     if found.any():
         first = int(np.argmax(found))
         name, time = samples.names[samples.vehicle[first]], samples.time[first]
@@ -116,24 +118,27 @@ def _note(samples: RoadSamples, found: BoolArray, fault: str, consequence: str) 
 
 
 def _vehicles_in(names: frozenset[str], samples: RoadSamples) -> BoolArray:
-    """Whether samples are of one of some vehicles."""
+    """Return whether samples belong to one of the named vehicles."""
     chosen = np.array([name in names for name in samples.names], dtype=bool)
     found: BoolArray = chosen[samples.vehicle]
     return found
 
 
 def _dropouts(samples: RoadSamples, speed: Array, linked: BoolArray) -> BoolArray:
-    """Whether a speed of zero or less is a mark in a row of a vehicle that goes on moving.
+    """Return whether a speed of zero or less is a mark for unknown while the vehicle moves on.
 
-    It is one if no vehicle could have stopped and started so fast, or if the speeds before and
-    after it agree with the way between them; at the ends of a motion, if the one beside it agrees
-    with the way to it. A vehicle with one negative mark has no other negative speeds.
+    It is a mark if no vehicle could have stopped and started so fast, or if the speeds before and
+    after it agree with the path between them; at the ends of a motion, if the neighbouring speed
+    agrees with the path to it. A vehicle with one negative mark has no other negative speeds.
     """
     found = np.zeros(speed.size, dtype=bool)
     size = np.abs(speed)
     suspect = speed <= 0
     step, way = np.diff(samples.time), np.abs(np.diff(samples.along))
-    steady = _alike(size[:-1] * step, way), _alike(size[1:] * step, way)  # by either end's speed
+    steady = (
+        _alike(size[:-1] * step, way),
+        _alike(size[1:] * step, way),
+    )  # by the speed at either end
     other = np.abs((size[:-1] + size[1:]) / 2 * step - way) > _OTHER / 2 * way
     first, last = ~np.append(False, linked), ~np.append(linked, False)
     found[:-1] |= first[:-1] & linked & steady[1] & other
@@ -153,7 +158,7 @@ def _dropouts(samples: RoadSamples, speed: Array, linked: BoolArray) -> BoolArra
 
 
 def _alike(one: Array, other: Array) -> BoolArray:
-    """Whether two ways are the same, and more than nothing."""
+    """Return whether two paths are equal and not zero."""
     same: BoolArray = (np.abs(one - other) <= _SAME * other + _LITTLE) & (other > _LITTLE)
     return same
 
@@ -161,7 +166,7 @@ def _alike(one: Array, other: Array) -> BoolArray:
 def _contradictions(
     samples: RoadSamples, speed: Array, linked: BoolArray, share: float
 ) -> BoolArray:
-    """Whether the way between two samples and their speeds differ by more than acceleration."""
+    """Return whether path and speeds between two samples differ by more than acceleration."""
     h = np.diff(samples.time)
     way = np.hypot(np.diff(samples.along), np.diff(samples.across))
     mean = share * np.abs(speed[1:]) + (1 - share) * np.abs(speed[:-1])
@@ -170,10 +175,9 @@ def _contradictions(
 
 
 def _outliers(samples: RoadSamples, speed: Array, odd: BoolArray) -> BoolArray:
-    """Whether a speed contradicts the ways on both sides, or the one that there is.
+    """Return whether a speed contradicts the paths on both sides, or on the only side.
 
-    At the ends of a motion there is one side; there it must be this speed that is wrong, and not
-    the other one.
+    At the ends of a motion, with one side, this speed must be wrong and not the neighbouring one.
     """
     h = np.diff(samples.time)
     way = np.hypot(np.diff(samples.along), np.diff(samples.across))
@@ -190,7 +194,7 @@ def _outliers(samples: RoadSamples, speed: Array, odd: BoolArray) -> BoolArray:
 
 
 def _thinned(samples: RoadSamples, width: float) -> RoadSamples:
-    """Return samples that are at least so many seconds apart, with all ends of motions."""
+    """Return samples at least ``width`` seconds apart, with all ends of motions."""
     linked = links(samples)
     if width == 0 or not linked.any() or np.diff(samples.time)[linked].min() >= width:
         return samples
@@ -202,7 +206,7 @@ def _thinned(samples: RoadSamples, width: float) -> RoadSamples:
     knot &= samples.time - samples.time[first][run] >= width
     knot &= samples.time[last][run] - samples.time >= width
     knot[first] = knot[last] = True
-    # Along the road from here on: a change of lane in one step would be one in a longer step now.
+    # Along the road from here on: a change of lane would now take a longer step.
     speed = samples.speed * road_share(samples, linked)
     return RoadSamples(
         samples.names,

@@ -1,4 +1,4 @@
-"""The road as a straight axis: vehicles are placed along it and across it."""
+"""Road as a straight axis, with positions of vehicles along and across it."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from echobeam.faults import InputError
 from echobeam.values import Array, BoolArray
 
 HALF_WIDTH = 30.0
-"""m: how far from the axis of a road a vehicle still counts as on it."""
+"""Largest distance from the axis of a vehicle on the road, m."""
 
 _ROUNDEST = 1.0 / 9.0
-"""Largest ratio of variances across and along: more than this is no road, but a place."""
+"""Largest ratio of the variances across and along a road, 1."""
 
 
 _FITS = 20
-"""Number of fits after which visits may still come and go: then two roads are too much alike."""
+"""Largest number of fits; if the selected visits still change, two roads are too similar."""
 
 _STANDS = 25.0
-"""m^2: sum of squares below which a visit has no direction."""
+"""Smallest sum of squares of a visit with a direction, m^2."""
 
 
 class RoadError(InputError):
-    """Positions or points that do not tell where a road runs."""
+    """Error of positions or points that determine no road."""
 
 
 @dataclass(frozen=True, slots=True)
 class Road:
-    """A straight road through a point, in the trace's plane.
+    """Straight road through a point, in the trace's plane.
 
     Attributes
     ----------
     x, y
-        m: the point where the distance along the road is zero.
+        Point at which the distance along the road is zero, m.
     heading
-        rad, counter-clockwise from the x axis: where the distance along the road grows.
+        Direction of increasing distance along the road, rad, counter-clockwise from the x axis.
     half_width
-        m: vehicles farther from the axis are on other roads.
+        Largest distance from the axis of a vehicle on the road, m.
     """
 
     x: float
@@ -63,14 +63,14 @@ class Road:
         return (y - self.y) * math.cos(self.heading) - (x - self.x) * math.sin(self.heading)
 
     def holds(self, x: float, y: float) -> bool:
-        """Whether a point is on the road, wherever along it."""
+        """Return whether a point is on the road, at any position along it."""
         return abs(self.across(x, y)) <= self.half_width
 
 
 def road_between(
     start: tuple[float, float], end: tuple[float, float], half_width: float = HALF_WIDTH
 ) -> Road:
-    """Return the road from one point, where it is zero, towards another.
+    """Return the road from one point, its origin, towards another.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def road_between(
 
 @dataclass(slots=True)
 class Scatter:
-    """One visit's positions in sum, counted from its first one."""
+    """Sums over one visit's positions, relative to its first one."""
 
     x: float
     y: float
@@ -108,34 +108,34 @@ class Scatter:
 
 
 def fit_road(scatters: Sequence[Scatter]) -> Road:
-    """Return the road that vehicles have driven, by total least squares.
+    """Return the road of the vehicles' paths by total least squares.
 
-    One line per visit is fitted, all with the same direction, since lanes are parallel: the
-    lanes' offsets then do not turn the axis. The axis runs through the centre of all positions.
-    Where no vehicle has moved, one line is fitted through all of them; where all stand at one
-    point, every direction gives the same motion, and the x axis is taken.
+    One line per visit is fitted, all with the same direction, since lanes are parallel: the lanes'
+    offsets then do not rotate the axis. The axis passes through the centre of all positions. If no
+    vehicle has moved, one line is fitted through all of them; if all are at one point, every
+    direction gives the same motion, and the x axis is taken.
 
-    Then the visits that are on another road, since their middle is off this one or since they
-    drive across it, are left out and the rest is fitted again, until it stays as it is.
+    Then the visits on another road, with their middle off this one or a path across it, are omitted
+    and the rest is fitted again, until the selection no longer changes.
 
-    The road is zero where it is nearest to the trace's own (0, 0), so that a road along the
-    trace's x axis keeps its x. It points where its larger component is positive.
+    The origin of the road is its point nearest to (0, 0) of the trace, so that a road along the
+    trace's x axis has the same x. Its direction has a positive larger component.
 
     Parameters
     ----------
     scatters
-        The positions of each visit.
+        Sums over the positions of each visit.
 
     Raises
     ------
     RoadError
         If the positions spread too evenly for one straight road, or if less than half of them
-        are on the road that fits best.
+        are on the best-fitting road.
     """
     table = np.array(
         [(s.x, s.y, s.count, s.dx, s.dy, s.xx, s.xy, s.yy) for s in scatters], dtype=float
     )
-    moved = table[:, 2] > 1  # a single sample of a visit may be anywhere
+    moved = table[:, 2] > 1  # the single sample of a visit may be at any position
     table = table[moved] if moved.any() else table
     anchor = table[0, :2].copy()  # equal positions give exact zeros
     count = table[:, 2]
@@ -148,7 +148,7 @@ def fit_road(scatters: Sequence[Scatter]) -> Road:
     for _ in range(_FITS):
         centre, direction = _axis(count[chosen], mean[chosen], own[chosen])
         on_it = _on_axis(mean - centre, own, direction)
-        if count[on_it].sum() <= 0.5 * count.sum():  # far ones have drawn the centre away
+        if count[on_it].sum() <= 0.5 * count.sum():  # distant visits have shifted the centre
             centre = _middle(count[chosen], mean[chosen], direction)
             on_it = _on_axis(mean - centre, own, direction)
         if (on_it == chosen).all() or not on_it.any():
@@ -157,7 +157,7 @@ def fit_road(scatters: Sequence[Scatter]) -> Road:
     if count[on_it].sum() <= 0.5 * count.sum():
         raise RoadError(
             "the vehicles do not follow one straight road (half of their samples or more are not "
-            f"within {HALF_WIDTH:g} m of the one that fits best)"
+            f"within {HALF_WIDTH:g} m of the best-fitting one)"
         )
     normal = np.array([-direction[1], direction[0]])
     foot = normal * (normal @ (anchor + centre))
@@ -165,7 +165,7 @@ def fit_road(scatters: Sequence[Scatter]) -> Road:
 
 
 def _axis(count: Array, mean: Array, own: Array) -> tuple[Array, Array]:
-    """Return the centre of visits and the direction in which they spread most."""
+    """Return the centre of visits and the direction of their largest spread."""
     centre: Array = count @ mean / count.sum()
     apart = mean - centre
     within, between = own.sum(axis=0), (count[:, None] * apart).T @ apart
@@ -183,7 +183,7 @@ def _axis(count: Array, mean: Array, own: Array) -> tuple[Array, Array]:
 
 
 def _middle(count: Array, mean: Array, direction: Array) -> Array:
-    """Return the visit that has as many samples to its left as to its right."""
+    """Return the visit with equally many samples to its left and to its right."""
     offset = mean @ np.array([-direction[1], direction[0]])
     order = np.argsort(offset, kind="stable")
     half = np.searchsorted(np.cumsum(count[order]), count.sum() / 2)
@@ -192,7 +192,7 @@ def _middle(count: Array, mean: Array, direction: Array) -> Array:
 
 
 def _on_axis(apart: Array, own: Array, direction: Array) -> BoolArray:
-    """Whether visits have their middle on a road and do not drive across it."""
+    """Return whether visits have their middle on a road and do not cross it."""
     normal = np.array([-direction[1], direction[0]])
     across = np.einsum("i,nij,j->n", normal, own, normal)
     along = np.einsum("i,nij,j->n", direction, own, direction)

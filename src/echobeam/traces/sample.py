@@ -1,4 +1,4 @@
-"""One sample of a trace, the fault of a trace file, and the reading of its numbers."""
+"""Sample of a trace, error of a trace file, and conversion of its numbers."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import NamedTuple
 from echobeam.faults import InputError, InputWarning
 
 LARGEST = 1e12
-"""Largest size of a number in a trace: room for Unix times in seconds and any map's metres."""
+"""Largest absolute value of a number in a trace: enough for Unix times in s and maps in m."""
 
 NO_VALUE = -1073741824.0
-"""SUMO's mark for a value that it does not have (``INVALID_DOUBLE_VALUE``)."""
+"""Mark of SUMO for an unknown value (``INVALID_DOUBLE_VALUE``)."""
 
 SHORTEST_STEP = 1e-6
-"""s: times of one vehicle that are closer than this are the same time."""
+"""Shortest time between two samples of a vehicle, s; closer ones are at the same time."""
 
 _WANTED = {
     "time": "a finite number of seconds",
@@ -26,26 +26,26 @@ _WANTED = {
 
 
 class TraceError(InputError):
-    """A trace that cannot be used; the message names the file, the place and what is accepted."""
+    """Error of a trace file; the message names the file, the line and the accepted input."""
 
 
 class TraceWarning(InputWarning):
-    """Part of a trace that is left out or reinterpreted; the message says which, and where."""
+    """Warning of data in a trace that are omitted or reinterpreted; the message names them."""
 
 
 class Sample(NamedTuple):
-    """Where one vehicle was at one time.
+    """Position of one vehicle at one time.
 
     Attributes
     ----------
     time
-        s, on the trace's own clock.
+        Time on the trace's clock, s.
     name
         The vehicle's id.
     x, y
-        m, in the trace's plane; `NO_VALUE` where SUMO had no position.
+        Position in the trace's plane, m; `NO_VALUE` where SUMO had none.
     speed
-        m/s; NaN where the trace gives none.
+        Speed, m/s; NaN if the trace gives none.
     line
         Line of the file, counted from 1.
     """
@@ -59,24 +59,24 @@ class Sample(NamedTuple):
 
 
 def fault(path: Path, line: int | None, text: str) -> TraceError:
-    """Return the error for a fault in a line, or in the file as a whole (``line=None``)."""
+    """Return the error for a line, or for the whole file (``line=None``)."""
     place = str(path) if line is None else f"{path}, line {line}"
     return TraceError(f"{place}: {text}")
 
 
 def read_number(path: Path, line: int, column: str, text: str) -> float:
-    """Return one number of a trace.
+    """Return a number of a trace from its text.
 
     Raises
     ------
     TraceError
-        If the text is no number, not finite, or larger than `LARGEST`.
+        If the text is not a number, not finite, or larger than `LARGEST`.
     """
     try:
         value = float(text)
     except ValueError:
         value = float("nan")
-    # Python's float() also takes "1_000", which no trace writer means.
+    # Python's float() also accepts "1_000", which no trace writer intends.
     if not abs(value) <= LARGEST or "_" in text:
         raise fault(
             path, line, f"{column} = {text!r}; accepted is {_WANTED[column]}, at most {LARGEST:g}"

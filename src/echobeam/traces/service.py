@@ -1,4 +1,4 @@
-"""Who is served: at each slot the nearest vehicles in range, each in a column of its own."""
+"""Service: at each slot the nearest vehicles in range, each in its own column."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from echobeam.values import Array, BoolArray, IntArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TraceMotion:
-    """The vehicles that a UAV serves, slot by slot; a column holds one of them or nobody.
+    """Vehicles that a UAV serves, slot by slot; a column holds one of them or none.
 
     Attributes
     ----------
     identity
-        ``(slots, columns)``: index into ``names``, -1 where there is nobody. Where it changes
-        from one slot to the next, the column's occupant does.
+        ``(slots, columns)``: index into ``names``, -1 for an empty column. A change from one slot
+        to the next means another vehicle in the column.
     position
-        ``(slots, columns)`` m along the road from its origin; NaN where there is nobody.
+        ``(slots, columns)`` m along the road from its origin; NaN for an empty column.
     velocity
-        ``(slots, columns)`` m/s along the road; NaN where there is nobody.
+        ``(slots, columns)`` m/s along the road; NaN for an empty column.
     present
-        ``(slots, columns)``: whether there is somebody.
+        ``(slots, columns)``: whether the column holds a vehicle.
     names
         The ids of the vehicles.
     dropped
-        Number of vehicles of the trace with one sample only, which tells no motion.
+        Number of vehicles of the trace with a single sample, which determines no motion.
     """
 
     identity: IntArray
@@ -52,25 +52,25 @@ def serve(
     range_m: float,
     dropped: int = 0,
 ) -> TraceMotion:
-    """Return who is served, and in which column.
+    """Return the served vehicles and their columns.
 
-    A vehicle keeps its column while it is served without a break; a newcomer takes the first
-    free one, those of one slot in the order of their ids.
+    A vehicle stays in its column while it is served without interruption; a new one gets the first
+    free column, several of one slot in the order of their ids.
 
     Parameters
     ----------
     sightings
-        Vehicles and slots, positions counted as ``uav_x`` is.
+        Positions of vehicles at slots, with the same origin as ``uav_x``.
     names
-        The vehicles' ids, sorted, which settles ties.
+        Ids of the vehicles, sorted; ties are resolved in this order.
     uav_x
-        ``(slots,)`` m along the road: the point under the UAV.
+        ``(slots,)`` m along the road: the point below the UAV.
     max_objects
         Number of columns.
     range_m
-        m along the road from the point under the UAV, both ways.
+        Range of service, m along the road on either side of the point below the UAV.
     dropped
-        Passed on to the result.
+        Value for the result.
     """
     chosen = _nearest(sightings, uav_x, max_objects, range_m)
     slot, vehicle = sightings.slot[chosen], sightings.vehicle[chosen]
@@ -85,7 +85,7 @@ def serve(
 
 
 def _nearest(sightings: Sightings, uav_x: Array, max_objects: int, range_m: float) -> IntArray:
-    """Return the indices of the sightings that are served, ordered by vehicle and slot."""
+    """Return the indices of the served sightings, ordered by vehicle and slot."""
     distance = np.abs(sightings.position - uav_x[sightings.slot])
     near = np.flatnonzero(distance <= range_m)
     slot, vehicle = sightings.slot[near], sightings.vehicle[near]
@@ -96,14 +96,14 @@ def _nearest(sightings: Sightings, uav_x: Array, max_objects: int, range_m: floa
 
 
 def _columns(slot: IntArray, vehicle: IntArray, max_objects: int) -> IntArray:
-    """Return a column for each sighting, the same one throughout a spell of service."""
+    """Return a column for each sighting, the same throughout an uninterrupted service."""
     new = np.append(True, (np.diff(vehicle) != 0) | (np.diff(slot) != 1))[: slot.size]
     first = np.flatnonzero(new)
     length = np.diff(np.append(first, slot.size))
     begin, end = slot[first], slot[first] + length
     column = np.zeros(first.size, dtype=np.int64)
     free = list(range(max_objects))
-    busy: list[tuple[int, int]] = []  # (end of the spell, column)
+    busy: list[tuple[int, int]] = []  # (end of the service, column)
     for spell in np.lexsort((vehicle[first], begin)):
         while busy and busy[0][0] <= begin[spell]:
             heapq.heappush(free, heapq.heappop(busy)[1])

@@ -1,7 +1,7 @@
-"""A trace file as a stream of samples, whatever its format and packing.
+"""Stream of the samples of a trace file, for all formats and compressions.
 
-Both are told by content: gzip by its magic number, XML by its first character, CSV by its header.
-Samples come one by one; what is remembered is the last time of each vehicle.
+The content determines both: gzip has its magic number, XML its first character, CSV its header.
+Samples are yielded one by one; only the last time of each vehicle is stored.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ def _unwatched(done: int) -> None:
 
 
 def read_samples(path: str | Path, advance: Advance = _unwatched) -> Iterator[Sample]:
-    """Yield the samples of a trace in the file's order, each vehicle's in order of time.
+    """Yield the samples of a trace in the order of the file, each vehicle's in order of time.
 
     Parameters
     ----------
     path
         SUMO FCD XML or CSV, either may be gzip-compressed.
     advance
-        Called with the number of bytes of the file that have been read.
+        Called with the number of bytes read from the file.
 
     Raises
     ------
     TraceError
-        If the file cannot be read, is empty, cut off or in no known format; if a value is
-        missing or no number; if a vehicle goes back in time or has two samples at one time.
+        If the file cannot be read, is empty, truncated or of unknown format; if a value is
+        missing or not a number; if a vehicle goes back in time or has two samples at one time.
     """
     file = Path(path)
     chunks: Chunks | None = None
@@ -63,7 +63,7 @@ def _lines(chunks: Chunks | None) -> int:
 
 
 def _parsed(chunks: Chunks, path: Path) -> Iterator[Sample]:
-    """Choose the parser by the first characters."""
+    """Select the parser by the first characters."""
     if not chunks.head:
         raise fault(path, None, f"the file is empty; {_FORMATS}")
     text = chunks.head.decode("utf-8", "replace").lstrip("\ufeff \t\r\n")
@@ -75,7 +75,7 @@ def _parsed(chunks: Chunks, path: Path) -> Iterator[Sample]:
 
 
 def _in_order(samples: Iterator[Sample], path: Path) -> Iterator[Sample]:
-    """Pass the samples on and see to it that each vehicle's times increase."""
+    """Yield the samples, and check that each vehicle's times increase."""
     last: dict[str, float] = {}
     for sample in samples:
         before = last.get(sample.name)

@@ -1,15 +1,15 @@
-"""Given speeds compared with the motion of the positions.
+"""Comparison of the given speeds with the positions.
 
 Three questions are answered for a trace:
 
-- *Of which time is a speed?* SUMO's default (Euler) steps give at t the mean over the step before
-  it, other simulators the mean over the step after it. Where a vehicle's speed changes, the
-  positions tell: the distance driven is a mixture of the sum over the speeds at the ends of the
-  steps and that over the speeds at their beginnings, and the speeds are those at the samples' times
-  where it is half of each. Otherwise motion is taken from positions alone.
-- *In which unit is it?* The sum of speed times duration is the way driven.
-- *Is it a speed at all?* Zero or a negative number in every row of a vehicle that moves is a mark
-  for an unknown speed, unless its size is right: logs of two directions have signed speeds.
+- *To which time does a speed belong?* SUMO's default (Euler) steps give at t the mean over the
+  step before it, other simulators the mean over the step after it. If a vehicle's speed changes,
+  the positions decide: the distance driven is a weighted mean of the sums over the speeds at the
+  ends and at the beginnings of the steps, and the speeds belong to the samples' times if both
+  weights are one half. Otherwise motion is taken from positions alone.
+- *In which unit is it?* The sum of speed times duration must be the distance driven.
+- *Is it a speed at all?* Zero or a negative number in every row of a moving vehicle is a mark for
+  an unknown speed, unless its magnitude is right: logs of two directions have signed speeds.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from echobeam.traces.breaks import SLACK
 from echobeam.traces.sample import Sample
 
 _ENOUGH = 0.2
-"""m: difference between the two sums that is clear of positions and speeds of two digits."""
+"""Smallest significant difference of the two sums, m: above the rounding of two digits."""
 
 _LONGEST_SUM = 5.0
-"""s after which a sum is begun anew, since errors of rounding add up."""
+"""Longest duration of a sum, s: rounding errors accumulate."""
 
 _OFF_CENTRE = 0.08
-"""Share of a step by which speeds may lie beside their samples' times."""
+"""Largest offset of speeds from their samples' times, as a share of a step."""
 
 _EXACT = 0.01
 _GROSS, _WRONG_UNIT = 0.05, 0.25
-"""Relative differences between speeds and positions: up to the first, they agree; from the second
-on, most vehicles must be free of it; from the third on, no vehicle may have it."""
+"""Relative differences between speeds and positions: consistent up to the first, refused in most
+vehicles above the second, refused in any vehicle above the third."""
 
 _FEW_METRES = 5.0
 _ONE_METRE = 1.0
 _LITTLE = 0.2
 _NO_LANE = 1.0
-"""m: a smaller step aside is no change of lane."""
+"""Smallest sideways step of a change of lane, m."""
 _SCATTER = 0.05
-"""m/s^2: mean speeds of a step differ from the mean of the speeds at its ends by about this times
-its duration, where vehicles start and stop within it."""
+"""Difference, per duration of a step, m/s^2, of its mean speed and the mean of the speeds at its
+ends, for vehicles that start and stop within it."""
 
 _SAME_SIZE = 0.1
 
@@ -50,28 +50,28 @@ _NOTHING = (0.0, 0.0, 0.0, 0.0)
 
 
 class Verdict(Enum):
-    """Agreement of the speeds of one vehicle with its positions."""
+    """Consistency of the speeds of one vehicle with its positions."""
 
     TRUE = auto()
-    """They agree with its positions, or there are none."""
+    """Speeds that agree with the positions, or no speeds."""
     MARK = auto()
-    """One number in all rows that stands for an unknown speed."""
+    """Mark for an unknown speed: the same number in all rows."""
     INEXACT = auto()
-    """They differ from the positions by more than a per cent."""
+    """Speeds that differ from the positions by more than one per cent."""
     GROSS = auto()
-    """They differ by more than a twentieth."""
+    """Speeds that differ by more than 5 per cent."""
     WRONG = auto()
-    """They differ by more than a quarter: speeds, times or positions are in another unit."""
+    """Speeds that differ by more than 25 per cent: speeds, times or positions have another unit."""
 
 
 @dataclass(slots=True)
 class Timing:
-    """Where in the step before its sample a speed belongs, over all vehicles.
+    """Timing of speeds within the step before their sample, over all vehicles.
 
-    Least squares of the share f in: way driven = f (sum by the speeds at the ends of steps)
-    + (1 - f) (sum by those at their beginnings). One half where nothing tells.
+    Least squares of the share f in: distance driven = f (sum with the speeds at the ends of steps)
+    + (1 - f) (sum with those at their beginnings). One half if undetermined.
 
-    ``rounding`` is by how much times may be wrong, s.
+    ``rounding`` is the largest error of times, s.
     """
 
     cross: float = 0.0
@@ -80,44 +80,44 @@ class Timing:
 
     @property
     def share(self) -> float:
-        """The share, from 0 (mean over the step after) to 1 (mean over the step before)."""
+        """Share from 0 (mean over the step after) to 1 (mean over the step before)."""
         return self.cross / self.square if self.square > 0 else 0.5
 
     @property
     def at_samples(self) -> bool:
-        """Whether the speeds are those at the samples' times."""
+        """Whether the speeds belong to the samples' times."""
         return abs(self.share - 0.5) <= _OFF_CENTRE
 
     def take(self, way: float, by_end: float, by_begin: float) -> None:
-        """Take account of some steps of a vehicle, m."""
+        """Add some steps of a vehicle, m."""
         difference = by_end - by_begin
         share = (way - by_begin) / difference
-        if -0.5 <= share <= 1.5:  # else it is another unit, or no motion
+        if -0.5 <= share <= 1.5:  # otherwise the unit differs, or there is no motion
             self.cross += share * difference**2
             self.square += difference**2
 
 
 @dataclass(slots=True)
 class SpeedTally:
-    """One vehicle's speeds in sum.
+    """Sums over one vehicle's speeds.
 
     Attributes
     ----------
     timing
-        That of the whole trace.
+        Timing of the whole trace.
     low, high
-        m/s: its smallest and largest speed.
+        Smallest and largest speed, m/s.
     steps, time
         Number and duration, s, of the steps within visits.
     path, net
-        m: way driven in all of them, and the sum over visits from begin to end.
+        Path driven in all of them, and sum of the net displacements of visits, m.
     fastest
-        m/s: its fastest step.
+        Speed of the fastest step, m/s.
     aside
-        m by which the path is longer since simulators change lanes in a single step.
+        Excess length of the path due to changes of lane in a single step, m.
     counted, moved, by_end, by_begin
-        Number of the steps with a speed other than zero at both ends; way driven in them, m, and
-        the same way by the speeds at their ends and at their beginnings.
+        Number of the steps with non-zero speeds at both ends; distance driven in them, m, and the
+        same distance from the speeds at their ends and at their beginnings.
     """
 
     timing: Timing
@@ -145,7 +145,7 @@ class SpeedTally:
         self._begin, self._sums = sample, _NOTHING
 
     def take(self, sample: Sample, duration: float) -> None:
-        """Take account of the next sample of a visit, so many seconds after the one before."""
+        """Add the next sample of a visit, ``duration`` seconds after the one before."""
         last = self._last
         assert last is not None
         self._note(sample)
@@ -165,7 +165,7 @@ class SpeedTally:
         self._weigh(way, by_end, by_begin, duration)
 
     def _aside(self, dx: float, dy: float, way: float) -> float:
-        """Return by how much a step is longer since the vehicle changed its lane in it, m."""
+        """Return the excess length of a step due to a change of lane, m."""
         ux, uy = self._direction
         if _NO_LANE < abs(dx * uy - dy * ux) <= SLACK:
             return way - abs(dx * ux + dy * uy)
@@ -191,11 +191,11 @@ class SpeedTally:
         return self.low <= self.high
 
     def ratio(self) -> float:
-        """Return how many times what the positions say the speeds are."""
+        """Return the ratio of the given speeds to those of the positions."""
         return self._way() / self.moved if self.moved > 0 else math.inf
 
     def verdict(self) -> Verdict:
-        """Return the verdict, when all vehicles have been seen."""
+        """Return the verdict, after all vehicles have been added."""
         if not self.known:
             return Verdict.TRUE
         if self.constant and self.high <= 0:
@@ -209,7 +209,7 @@ class SpeedTally:
         if self.counted == 0:
             return Verdict.TRUE
         way = self._way()
-        # Positions that scatter lengthen the path, but not the way from begin to end.
+        # Noise of the positions lengthens the path, but not the net displacement.
         excess = max(way - self.moved, min(self.net, self.moved) - self.aside - way)
         step = min(self.time / self.steps, _LONGEST_SUM)
         scatter = _SCATTER * step**2 * math.sqrt(self.counted)
@@ -233,7 +233,7 @@ class SpeedTally:
             self.high = sample.speed
 
     def _weigh(self, way: float, by_end: float, by_begin: float, duration: float) -> None:
-        """Hand some steps to the timing, as soon as they tell anything."""
+        """Add steps to the timing, if they are significant."""
         ways, ends, begins, time = self._sums
         ways, ends, begins, time = ways + way, ends + by_end, begins + by_begin, time + duration
         if abs(ends - begins) > _ENOUGH:

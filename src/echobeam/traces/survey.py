@@ -1,7 +1,6 @@
-"""Survey of a trace, the first pass over it: properties of the whole, and its consistency.
+"""Survey of a trace, the first pass over it: properties and consistency of the whole.
 
-It reads the whole file, so that a damaged one is refused even where the damage lies outside the
-slots.
+It reads the whole file, so that a damaged one is refused even if the damage is outside the slots.
 """
 
 from __future__ import annotations
@@ -25,36 +24,36 @@ _INEXACT = (Verdict.INEXACT, Verdict.GROSS)
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What holds for a trace as a whole.
+    """Properties of a whole trace.
 
     Attributes
     ----------
     first, last
-        s: the times of its first and last sample.
+        Times of its first and last sample, s.
     road
-        The given road, or the fitted one.
+        Given or fitted road.
     extent
-        m: the smallest and largest distance along the road of the vehicles on it; None if the
-        samples have to be seen again, since the road was fitted and not all of them are on it.
+        Smallest and largest distance along the road of the vehicles on it, m; None if the samples
+        must be read again, since the road was fitted and not all of them are on it.
     vehicles
         Number of vehicles.
     dropped
-        Number of those without two samples between which there is motion.
+        Number of vehicles without two linked samples.
     broken
-        Whether there are jumps, or samples without a position.
+        Whether the trace has jumps, or samples without a position.
     step
-        The even step that rounded times stand for; None where times are what they are.
+        Even step behind rounded times; None if the times are not rounded.
     period
-        s between samples, as a rule.
+        Typical time between samples, s.
     position_digits
         Number of decimals of the positions.
     speed_share, speeds_at_samples
-        Where in the step before its sample a speed belongs, and whether it is at the sample.
+        Timing of speeds within the step before their sample, and whether it is the sample's time.
     marked, inexact
-        Vehicles whose speeds are marks, and those whose speeds differ from what the positions say:
-        neither's are used for motion.
+        Vehicles whose speeds are marks, and those whose speeds differ from the positions; both are
+        not used for motion.
     notes
-        Sentences about data that are left out or reinterpreted.
+        Sentences on data that are omitted or reinterpreted.
     """
 
     first: float
@@ -75,22 +74,22 @@ class Survey:
 
 
 def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None) -> Survey:
-    """Return what holds for a trace as a whole.
+    """Return the properties of a whole trace.
 
     Parameters
     ----------
     path
-        The file's name, for messages.
+        Name of the file, for messages.
     samples
-        All of its samples.
+        All samples of the trace.
     road
-        The road to look at; fitted if not given.
+        Road of the vehicles; fitted if not given.
 
     Raises
     ------
     TraceError
         If there is no sample, no vehicle has two, none is on the given road, or no road can be
-        fitted; if speeds, times and positions contradict each other.
+        fitted; if speeds, times and positions are inconsistent.
     """
     totals = Totals()
     found: dict[str, Breaks] = {}
@@ -127,14 +126,14 @@ def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None
 
 
 def extent_on(road: Road, samples: Iterable[Sample]) -> tuple[float, float]:
-    """Return the smallest and largest distance along a road, m, of the samples that are on it."""
+    """Return the smallest and largest distance along a road of the samples on it, m."""
     low, high = math.inf, -math.inf
     last: dict[str, Visit] = {}
     for visit in unbroken(samples, {}):
         before = last.get(visit.sample.name)
         last[visit.sample.name] = visit
         if before is None or before.number != visit.number:
-            continue  # a single sample of a visit may be anywhere
+            continue  # the single sample of a visit may be at any position
         for each in (before.sample, visit.sample):
             if road.holds(each.x, each.y):
                 along = road.along(each.x, each.y)
@@ -167,7 +166,7 @@ def _check_motion(
     path: Path, vehicles: dict[str, Vehicle], dropped: int, outline: Outline, road: Road | None
 ) -> None:
     if dropped == len(vehicles):
-        raise fault(path, None, f"no two samples of a vehicle belong together; {_WANTED}")
+        raise fault(path, None, f"no two samples of a vehicle are linked by motion; {_WANTED}")
     if road is not None and not outline.points:
         raise fault(
             path,

@@ -1,10 +1,10 @@
 """Tables of samples: CSV with the header ``t,id,x,y[,speed]``, or as SUMO writes it.
 
-Columns stand in any order, others are passed over, ids may be quoted, and an empty ``speed``
-means that it is not known. Vehicles may be mixed by time or listed one after the other. SUMO
-separates by semicolons, names its columns ``timestep_time``, ``vehicle_id`` and so on, leaves all
-of a vehicle's fields empty in a time step without vehicles, and puts persons into the vehicles'
-columns: they have an edge and no lane. As in SUMO's XML, persons are passed over.
+Columns may have any order, others are ignored, ids may be quoted, and an empty ``speed`` means
+unknown. Vehicles may be interleaved in time or listed one after the other. SUMO separates by
+semicolons, names its columns ``timestep_time``, ``vehicle_id`` and so on, leaves all fields of a
+vehicle empty in a time step without vehicles, and writes persons into the vehicles' columns, with
+an edge but no lane. As in SUMO's XML, persons are ignored.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _LONGEST_LINE = 1 << 20
 
 
 class _Columns(NamedTuple):
-    """Where the columns that count stand, and how many there are in all."""
+    """Indices of the used columns, and number of all columns."""
 
     t: int
     id: int
@@ -45,7 +45,7 @@ class _Columns(NamedTuple):
     sumo: bool
 
     def is_person(self, row: list[str]) -> bool:
-        """Whether a row of SUMO's is one of a person, who is on an edge but in no lane."""
+        """Return whether a row of SUMO is that of a person, who has an edge but no lane."""
         return (
             self.edge is not None
             and self.lane is not None
@@ -55,27 +55,27 @@ class _Columns(NamedTuple):
 
 
 def looks_like_header(text: str) -> bool:
-    """Whether the beginning of a file may be a header, if perhaps an incomplete one."""
+    """Return whether the beginning of a file may be a header, possibly an incomplete one."""
     line = text.partition("\n")[0]
     names = set(_split(line, _separator(line)))
     return any(names & set(_NAMES[column]) for column in _REQUIRED)
 
 
 def table_samples(chunks: Iterable[bytes], path: Path) -> Iterator[Sample]:
-    """Yield the samples of a table in its order.
+    """Yield the samples of a table in the order of the file.
 
     Parameters
     ----------
     chunks
-        The text in UTF-8, decompressed, in pieces.
+        UTF-8 text, decompressed, in chunks.
     path
         The file's name, for messages.
 
     Raises
     ------
     TraceError
-        If columns are missing or doubled, a row has another number of fields than the header
-        (as a cut-off last one has), quotes are not closed, or a value is missing or no number.
+        If columns are missing or doubled, a row differs from the header in the number of fields
+        (as a truncated last one), quotes are not closed, or a value is missing or not a number.
     """
     lines = _text_lines(chunks, path)
     header = ""
@@ -109,7 +109,7 @@ def table_samples(chunks: Iterable[bytes], path: Path) -> Iterator[Sample]:
 
 
 def _text_lines(chunks: Iterable[bytes], path: Path) -> Iterator[str]:
-    """Yield the lines with their ends, decoded one by one, so that faults have their line."""
+    """Yield the lines with their ends, decoded one by one, so that errors name their line."""
     for count, line in enumerate(_byte_lines(chunks, path), start=1):
         try:
             yield line.decode("utf-8-sig" if count == 1 else "utf-8")
@@ -122,22 +122,22 @@ def _text_lines(chunks: Iterable[bytes], path: Path) -> Iterator[str]:
 
 
 def _byte_lines(chunks: Iterable[bytes], path: Path) -> Iterator[bytes]:
-    """Yield the lines with their ends: of Unix, of Windows, or of old Macs."""
+    """Yield the lines with their ends: Unix, Windows, or old Macintosh."""
     rest = b""
     for chunk in chunks:
         block = rest + chunk
         lines = block.splitlines(keepends=True)
-        # The last line may go on, and a last \r may be half of \r\n.
+        # The last line may continue, and a last \r may be half of \r\n.
         rest = lines.pop() if not block.endswith(b"\n") else b""
         if len(rest) > _LONGEST_LINE:
-            raise fault(path, None, f"a line of more than {_LONGEST_LINE} bytes is in no trace")
+            raise fault(path, None, f"a line of more than {_LONGEST_LINE} bytes; not a trace")
         yield from lines
     if rest:
         yield rest
 
 
 def _separator(header: str) -> str:
-    """Return what separates the columns: the one of which the header has most."""
+    """Return the separator of the columns: the most frequent one in the header."""
     return max(_SEPARATORS, key=header.count)
 
 
@@ -146,7 +146,7 @@ def _split(header: str, separator: str) -> list[str]:
 
 
 def _columns(path: Path, line: int, names: list[str]) -> _Columns:
-    """Return where the columns that count stand."""
+    """Return the indices of the used columns."""
     accepted = (
         "accepted is a header with t, id, x, y and, if known, speed, or with SUMO's column names"
     )
@@ -169,7 +169,7 @@ def _columns(path: Path, line: int, names: list[str]) -> _Columns:
 
 
 def _sample(path: Path, line: int, row: list[str], columns: _Columns) -> Sample | None:
-    """Return the sample of a row; None for a row of SUMO's in which there is no vehicle."""
+    """Return the sample of a row; None for a row of SUMO without a vehicle."""
     if columns.sumo and columns.is_person(row):
         return None
     name = row[columns.id].strip()

@@ -1,4 +1,4 @@
-"""Sums over a trace: some numbers for each vehicle, and the convex hull of the positions."""
+"""Sums over a trace for each vehicle, and the convex hull of the positions."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Totals:
     vehicles: dict[str, Vehicle] = field(default_factory=dict)
 
     def take(self, sample: Sample, visit: int, road: Road | None) -> None:
-        """Take account of a sample."""
+        """Add a sample."""
         vehicle = self.vehicles.get(sample.name)
         if vehicle is None:
             vehicle = Vehicle(sample, SpeedTally(self.timing))

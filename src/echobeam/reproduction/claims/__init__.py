@@ -1,1 +1,1 @@
-"""The paper's sentences with a number or an ordering, each with its measure and its rule."""
+"""Claims of the paper with a number or an ordering, each with its measure and its rule."""

@@ -1,4 +1,4 @@
-"""The claim on the evolution model's approximation (the paper's approx)."""
+"""Claim on the evolution model's approximation (the paper's approx)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from echobeam.reproduction.rules import all_below
 
 
 def largest_errors(results: Results) -> Measured:
-    """Measure the largest error of distance and angle over the slots, per cent of the value."""
+    """Measure the largest error of distance and angle over the slots, % of the value."""
     exact, paper = states("exact"), states("paper")
     share = 100 * np.max(np.abs(paper / exact - 1.0), axis=0)
     return Measured({"distance": Estimate.exact(share[1]), "angle": Estimate.exact(share[0])}, "%")

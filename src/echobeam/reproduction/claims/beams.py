@@ -16,11 +16,11 @@ from echobeam.reproduction.setups import ANTENNAS_FOR_TWO, CALIBRATED, multi
 
 NEAR, FAR = 0, 1
 FIRST, LAST = 2, 10
-SETTLED = range(3, LAST + 1)
+LATER_SLOTS = range(3, LAST + 1)
 
 
 def narrowing(results: Results) -> Measured:
-    """Measure by how much fewer angles are above half power in slot 10 than in slot 2."""
+    """Measure the decrease of the angles above half power from slot 2 to slot 10."""
     wide, narrow = (half_power_angles(gains(_multi(results), slot)) for slot in (FIRST, LAST))
     return Measured(
         {
@@ -32,10 +32,10 @@ def narrowing(results: Results) -> Measured:
 
 
 def far_wider(results: Results) -> Measured:
-    """Measure how much wider the far object's beam is, in degrees and against matched beams."""
+    """Measure the excess width of the far object's beam, in degrees and against matched beams."""
     outcome = _multi(results)
-    widths = [half_power_angles(gains(outcome, slot)) for slot in SETTLED]
-    matched = [matched_angles(outcome, slot) for slot in SETTLED]
+    widths = [half_power_angles(gains(outcome, slot)) for slot in LATER_SLOTS]
+    matched = [matched_angles(outcome, slot) for slot in LATER_SLOTS]
     width = np.mean(widths, axis=0)
     broader = np.mean([w / m for w, m in zip(widths, matched, strict=True)], axis=0)
     return Measured(
@@ -48,9 +48,9 @@ def far_wider(results: Results) -> Measured:
 
 
 def far_less_power(results: Results) -> Measured:
-    """Measure by how much of P_T the near object's beam has more power than the far one's."""
+    """Measure the excess power of the near object's beam over the far one's, % of P_T."""
     outcome = _multi(results)
-    power = np.mean([powers(outcome, slot) for slot in SETTLED], axis=0)
+    power = np.mean([powers(outcome, slot) for slot in LATER_SLOTS], axis=0)
     share = 100 * (power[:, NEAR] - power[:, FAR]) / outcome.scenario.radio.power
     return Measured({"power": mean(share)}, "% of P_T")
 
@@ -58,8 +58,8 @@ def far_less_power(results: Results) -> Measured:
 def floor_kept(results: Results) -> Measured:
     """Measure the far object's mean rate and its 5 % quantile as shares of the floor."""
     outcome = _multi(results)
-    rate = outcome.of("rate", "temporal")[:, SETTLED.start - 1 :, FAR]
-    # without a floor there is nothing to keep, and no share of it
+    rate = outcome.of("rate", "temporal")[:, LATER_SLOTS.start - 1 :, FAR]
+    # a share of a zero floor is undefined
     share = 100 * rate.mean(axis=-1) / (outcome.scenario.coverage.min_rate or np.nan)
     return Measured(
         {
@@ -71,7 +71,7 @@ def floor_kept(results: Results) -> Measured:
 
 
 def array_gain(results: Results) -> Measured:
-    """Measure how the pattern's maximum in slot 2 grows with the arrays, per cent."""
+    """Measure the growth of the pattern's maximum in slot 2 with the array size, %."""
     tops = {n: total(results, n).max(axis=-1) for n in ANTENNAS_FOR_TWO}
     pairs = [(ANTENNAS_FOR_TWO[0], ANTENNAS_FOR_TWO[-1]), *pairwise(ANTENNAS_FOR_TWO)]
     return Measured(
@@ -104,7 +104,7 @@ CLAIMS = (
         "objects farther away have lower received signal-to-noise ratios, leading to wider beams",
         "wider",
         "angles above half power of the far object's beam over those of the near one's, mean of "
-        "slots 3 to 10: in degrees, where an upright array's beams are widest near 90 degrees "
+        "slots 3 to 10: in degrees, where a vertical array's beams are widest near 90 degrees "
         "whatever the noise, and as multiples of those of a beam matched to the same angle",
         far_wider,
         all_above(0.0),
@@ -123,9 +123,9 @@ CLAIMS = (
         "test2-1",
         "because of the communication rate threshold, we can still guarantee the basic gain",
         "guaranteed",
-        "far object's true mean rate of slots 3 to 10 against its floor: designs keep the floor at "
-        "the predicted angle, the truth lies beside it; kept: at least 90 % of the floor. The "
-        "floor itself (4e-4) is calibrated",
+        "far object's true mean rate of slots 3 to 10 against its floor: designs meet the floor at "
+        "the predicted angle, which differs from the true one; met: at least 90 % of the floor. "
+        "The floor itself (4e-4) is calibrated",
         floor_kept,
         all_above(90.0),
     ),

@@ -28,7 +28,7 @@ Statistic = Callable[[Array], Array]
 
 
 def fall_with_height(results: Results) -> Measured:
-    """Measure how the mean rate of the frame falls from 100 to 110 m."""
+    """Measure the fall of the frame's mean rate from 100 to 110 m."""
     return Measured(
         {
             scheme: gain_percent(
@@ -68,7 +68,7 @@ def lead_over_height(results: Results) -> Measured:
 
 
 def crossing_height(statistic: Statistic) -> Callable[[Results], Measured]:
-    """Return a measure of the height from which on water-filling is behind, by a statistic."""
+    """Return a measure of the height above which a statistic of water-filling is lower."""
 
     def measure(results: Results) -> Measured:
         samples = [frame_rate(results, h, s) for s in _REVERSED for h in HEIGHTS]
@@ -85,14 +85,14 @@ def crossing_height(statistic: Statistic) -> Callable[[Results], Measured]:
 
 
 def drops(results: Results, metres: int, scheme: str) -> BoolArray:
-    """Return ``(trial,)``: whether the rate falls below half of what it was before."""
+    """Return ``(trial,)``: whether the rate falls below half of an earlier value."""
     rate = results[height(metres).name].sum_rate(scheme)[:, 1:]
     before = np.maximum.accumulate(rate, axis=-1)
     return np.asarray((rate < DROP * before).any(axis=-1))
 
 
 def sharp_drop(results: Results) -> Measured:
-    """Measure how the share of water-filling's trials with a drop rises from 100 m on."""
+    """Measure the rise from 100 m of the share of water-filling's trials with a drop."""
     low = drops(results, 100, "water-filling").astype(float)
     return Measured(
         {
@@ -181,8 +181,8 @@ CLAIMS = (
         "a comparison with the Water-Filling scheme revealed superior optimization results for the "
         "proposed scheme, particularly at greater distances (conclusion)",
         "better, and more so farther away",
-        "the proposed scheme's lead in the frame's mean rate at 120 and 100 m, and how many "
-        "percentage points it grows in between",
+        "the proposed scheme's lead in the frame's mean rate at 120 and 100 m, and its growth in "
+        "percentage points",
         lead_over_height,
         all_above(0.0),
     ),
@@ -191,8 +191,7 @@ CLAIMS = (
         "t7-1",
         "below 105 m water-filling outperforms the proposed scheme, above 110 m it drops",
         "105 to 110 m",
-        "height from which on water-filling's mean rate of the frame is below the proposed "
-        "scheme's",
+        "height above which water-filling's mean rate of the frame is below the proposed scheme's",
         crossing_height(_mean),
         inside(105.0, 110.0, HEIGHTS[0], HEIGHTS[-1], "m"),
     ),
@@ -201,7 +200,7 @@ CLAIMS = (
         "t7-1",
         "below 105 m water-filling outperforms the proposed scheme, above 110 m it drops",
         "105 to 110 m",
-        "height from which on the 5 % quantile over trials of water-filling's mean rate of the "
+        "height above which the 5 % quantile over trials of water-filling's mean rate of the "
         f"frame is below the proposed scheme's; {_POST_HOC}; {CALIBRATED}",
         crossing_height(_tail),
         inside(105.0, 110.0, HEIGHTS[0], HEIGHTS[-1], "m"),
@@ -212,7 +211,7 @@ CLAIMS = (
         "above 110 m, the water-filling scheme exhibited a sharp and unpredictable drop",
         "drop",
         "rise, from 100 m on, of the share of trials in which water-filling's rate falls below "
-        "half of what it was in an earlier slot",
+        "half of its value in an earlier slot",
         sharp_drop,
         all_above(0.0),
     ),
@@ -221,7 +220,7 @@ CLAIMS = (
         "t7-1",
         "above 110 m, the proposed scheme maintained stable optimization",
         "stable",
-        "share of trials in which its rate falls below half of what it was in an earlier slot, "
+        "share of trials in which its rate falls below half of its value in an earlier slot, "
         "counted from slot 2; stable: below 5 %",
         stable,
         all_below(5.0),
@@ -231,7 +230,7 @@ CLAIMS = (
         "t7-2",
         "a similar trend is confirmed by the comparison of angle tracking performance",
         "the same trend",
-        "water-filling's angle RMSE in slot 10 against the proposed scheme's, of the tracks kept: "
+        "water-filling's angle RMSE in slot 10 against the proposed scheme's, of tracks not lost: "
         "smaller at 100 and 105 m, larger at 110 m",
         angle_trend,
         all_above(0.0),

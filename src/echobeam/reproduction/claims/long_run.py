@@ -15,15 +15,15 @@ from echobeam.reproduction.rules import all_above, first_above
 from echobeam.reproduction.setups import BRAKING, CALIBRATED, long, manoeuvre
 from echobeam.values import BoolArray
 
-SETTLED = 2
-"""Slots of a frame, omni slot included, before a scheme's first beams count as settled."""
+FIRST_SLOTS = 2
+"""Number of slots of a frame, omni slot included, before a drop of the rate is counted."""
 
 
 Measure = Callable[[Outcome, int], Estimate]
 
 
 def _each_omni(measure: Measure, later: int = 0, unit: str = "%") -> Callable[[Results], Measured]:
-    """Measure something around every omni slot but the first, named by a slot so much later."""
+    """Apply a measure at every omni slot but the first, named by the slot ``later`` after it."""
 
     def of_all(results: Results) -> Measured:
         outcome = results[long().name]
@@ -35,31 +35,31 @@ def _each_omni(measure: Measure, later: int = 0, unit: str = "%") -> Callable[[R
 
 
 def dip(outcome: Outcome, n: int) -> Estimate:
-    """Measure how far the rate falls in an omni slot below the slot before."""
+    """Measure the fall of the rate in an omni slot from the slot before."""
     rate = outcome.sum_rate("temporal")
     return gain_percent(rate[:, n], rate[:, n - 1]).negated()
 
 
 def sensing_dip(outcome: Outcome, n: int) -> Estimate:
-    """Measure how far the angle error rises in an omni slot above the slot before."""
+    """Measure the rise of the angle error in an omni slot from the slot before."""
     error = rms(outcome.error("temporal", "angle"))
     return rms_ratio(error[:, n], error[:, n - 1]).scaled(100, -100)
 
 
 def recovery(outcome: Outcome, n: int) -> Estimate:
-    """Measure the rate right after an omni slot as a share of that right before."""
+    """Measure the rate in the slot after an omni slot as a share of that in the slot before."""
     rate = outcome.sum_rate("temporal")
     return gain_percent(rate[:, n + 1], rate[:, n - 1]).scaled(1, 100)
 
 
 def near_optimal(outcome: Outcome, n: int) -> Estimate:
-    """Measure the rate right after an omni slot as a share of the genie's."""
+    """Measure the rate in the slot after an omni slot as a share of the genie's."""
     rate, best = (outcome.sum_rate(name)[:, n + 1] for name in ("temporal", "genie"))
     return ratio(rate, best).scaled(100)
 
 
 def stability(results: Results) -> Measured:
-    """Measure in how many more trials the pilot's rate drops while objects brake hard."""
+    """Measure the excess of trials in which the pilot's rate drops under hard braking."""
     outcome = results[manoeuvre().name]
     dropped = {scheme: _drops(outcome, scheme).astype(float) for scheme in ("temporal", "pilot")}
     more = mean(100 * (dropped["pilot"] - dropped["temporal"]))
@@ -71,19 +71,19 @@ def _drops(outcome: Outcome, scheme: str) -> BoolArray:
     """Return ``(trial,)``: whether the rate of a directional slot is below half of the frame's."""
     frame = outcome.scenario.frame.slots_per_frame
     rate = outcome.sum_rate(scheme)
-    frames = rate.reshape(len(rate), -1, frame)[:, :, SETTLED:]
+    frames = rate.reshape(len(rate), -1, frame)[:, :, FIRST_SLOTS:]
     best = np.maximum.accumulate(frames, axis=-1)
     return np.asarray((frames < 0.5 * best).any(axis=(-2, -1)))
 
 
 def pilot_trend(results: Results) -> Measured:
-    """Measure how the pilot scheme's throughput rises from the first frame to the last."""
+    """Measure the rise of the pilot scheme's throughput from the first frame to the last."""
     pilot = throughput(_long(results), "pilot")
     return Measured({"frame 1 to 5": gain_percent(pilot[:, -1], pilot[:, 0])}, "%")
 
 
 def gap_trend(results: Results) -> Measured:
-    """Measure how the gap between the schemes' throughputs shrinks up to the last frame."""
+    """Measure the decrease of the gap between the schemes' throughputs up to the last frame."""
     outcome = _long(results)
     gap = throughput(outcome, "temporal") - throughput(outcome, "pilot")
     return Measured(
@@ -127,7 +127,7 @@ CLAIMS = (
         "the communication rate quickly returns to a high level after the update",
         "quickly",
         "mean rate in the slot after each omni slot as a share of the slot before it; quickly: at "
-        "least 90 % at once",
+        "least 90 % in that slot",
         _each_omni(recovery, later=1),
         all_above(90.0),
     ),
@@ -149,8 +149,8 @@ CLAIMS = (
         "superior stability",
         "more stable",
         f"objects of t6 that brake and accelerate at {BRAKING:g} m/s^2: share of trials in which "
-        "the sum rate falls below half of what it was earlier in the same frame (from its slot "
-        f"{SETTLED + 1} on), the pilot scheme's minus the proposed one's",
+        "the sum rate falls below half of its earlier value in the same frame (from its slot "
+        f"{FIRST_SLOTS + 1} on), the pilot scheme's minus the proposed one's",
         stability,
         first_above(0.0),
     ),
@@ -170,8 +170,8 @@ CLAIMS = (
         "the gap between the throughput of each frame of the pilot scheme and that of the proposed "
         "scheme is also decreasing",
         "decreasing",
-        "fall of the mean gap from frame 1 and from frame 2 (the first without a start from "
-        f"nothing) to frame 5; {CALIBRATED}",
+        "fall of the mean gap from frame 1 and from frame 2 (the first with known objects) to "
+        f"frame 5; {CALIBRATED}",
         gap_trend,
         all_above(0.0),
     ),

@@ -28,7 +28,7 @@ def _gain(setup: str) -> Callable[[Results], Measured]:
 
 
 def _by_setup(measure: Callable[[Outcome], Estimate]) -> Callable[[Results], Measured]:
-    """Measure something of both setups, per cent."""
+    """Apply a measure to both setups, %."""
     return lambda results: Measured(
         {label: measure(results[name]) for label, name in SETUPS.items()}, "%"
     )
@@ -51,13 +51,13 @@ def pilot_start(outcome: Outcome) -> Estimate:
 
 
 def decline(outcome: Outcome) -> Estimate:
-    """Measure how far the pilot scheme's rate falls from slot 2 to the frame's last."""
+    """Measure the fall of the pilot scheme's rate from slot 2 to the frame's last."""
     rate = outcome.sum_rate("pilot")
     return gain_percent(rate[:, -1], rate[:, 1]).negated()
 
 
 def rises(results: Results) -> Measured:
-    """Measure how the proposed scheme's rate rises from the omni slot to the frame's last."""
+    """Measure the rise of the proposed scheme's rate from the omni slot to the frame's last."""
     stages = ((0, 1), (1, REFERENCE_SLOT - 1), (REFERENCE_SLOT - 1, -1))
     return Measured(
         {
@@ -73,13 +73,13 @@ def rises(results: Results) -> Measured:
 
 
 def overtaking(results: Results) -> Measured:
-    """Measure the slot from which on the proposed scheme stays ahead of the pilot scheme."""
+    """Measure the first slot from which the proposed scheme stays above the pilot scheme."""
     estimates = {}
     for label, setup in SETUPS.items():
         outcome = results[setup]
         ahead = outcome.sum_rate("temporal") - outcome.sum_rate("pilot")
         slots = [mean(ahead[:, n]) for n in range(1, ahead.shape[1])]
-        # optimistic, ours and pessimistic: where the interval's top, centre, bottom is positive
+        # lower end, value and upper end: first slot with positive upper end, centre, lower end
         estimates[label] = Estimate(
             value=_stays([one.value > 0 for one in slots]),
             low=_stays([one.high > 0 for one in slots]),
@@ -90,7 +90,7 @@ def overtaking(results: Results) -> Measured:
 
 
 def _stays(ahead: list[bool]) -> float:
-    """Return the first slot from which on a comparison of slots 2, 3, ... holds; else infinity."""
+    """Return the first slot from which a comparison of slots 2, 3, ... holds; else infinity."""
     behind = np.flatnonzero(~np.array(ahead))
     first = 2 + (int(behind[-1]) + 1 if behind.size else 0)
     return float(first) if first < 2 + len(ahead) else np.inf
@@ -134,8 +134,8 @@ CLAIMS = (
         "t1",
         "the proposed scheme soon surpasses the pilot-based scheme",
         "soon; before slot 6",
-        "first slot from which on the paired difference of the mean rates stays positive; soon: "
-        "at most slot 5, since the paper quotes slot 6 as an example of being ahead",
+        "first slot from which the paired difference of the mean rates stays positive; soon: "
+        "at most slot 5, since the paper quotes an improvement in slot 6",
         overtaking,
         all_below(5.5),
     ),
@@ -164,8 +164,8 @@ CLAIMS = (
         "t1",
         "the pilot scheme loses communication opportunities in the initial time slot",
         "lost",
-        "share of the rate of slot 2 that is missing in slot 1; the pilot slot carries no data by "
-        "the definition of the scheme",
+        "loss of rate in slot 1 as a share of the rate of slot 2; by definition of the scheme the "
+        "pilot slot carries no data",
         _by_setup(first_loss),
         all_above(99.0),
         "by construction",
@@ -175,7 +175,7 @@ CLAIMS = (
         "t1",
         "the pilot scheme's communication rate continues to decline",
         "declining",
-        "fall of the mean rate from slot 2 to slot 10, paired; beams held",
+        "fall of the mean rate from slot 2 to slot 10, paired; beams repeated",
         _by_setup(decline),
         all_above(0.0),
     ),

@@ -16,20 +16,20 @@ from echobeam.reproduction.setups import CALIBRATED, RESOLUTION_LINES, RESOLUTIO
 from echobeam.values import Array
 
 SUBSTANTIAL = 5.0
-"""Per cent of the rate at the finest resolution: a loss above this counts as one."""
+"""Smallest substantial loss of rate, % of the rate at the finest resolution."""
 
 FINEST, COARSEST = RESOLUTIONS[0], RESOLUTIONS[-1]
 
 
 def coarse_loss(results: Results) -> Measured:
-    """Measure how much of the rate is lost at the coarsest resolution, and at least per step."""
+    """Measure the loss of rate at the coarsest resolution, and the smallest loss per step."""
     lost = {f"N {n}, {h} m": _loss(results, n, h, COARSEST) for n, h in RESOLUTION_LINES}
     steps = {f"N {n}, {h} m, least step": _least_step(results, n, h) for n, h in RESOLUTION_LINES}
     return Measured(lost | steps, "%")
 
 
 def loss_growth(results: Results) -> Measured:
-    """Measure by how many percentage points more is lost with 35 antennas than with 25."""
+    """Measure the loss with 35 antennas minus that with 25, percentage points."""
     return Measured(
         {f"{degrees:g} deg": _more_lost(results, degrees) for degrees in (COARSEST, 2.0, 1.0)},
         "% of the rate",
@@ -37,7 +37,7 @@ def loss_growth(results: Results) -> Measured:
 
 
 def fine_loss(ripple: float) -> Callable[[Results], Measured]:
-    """Return a measure of how much of the rate is lost at 1 degree with 30 antennas."""
+    """Return a measure of the loss of rate at 1 degree with 30 antennas."""
 
     def measure(results: Results) -> Measured:
         return Measured({f"{h} m": _loss(results, 30, h, 1.0, ripple) for h in (85, 90, 95)}, "%")
@@ -62,7 +62,7 @@ def _loss(
 
 
 def _least_step(results: Results, n: int, metres: int) -> Estimate:
-    """Return the least loss from one resolution to the next coarser; negative is a rise."""
+    """Return the smallest loss from one resolution to the next coarser; negative for a rise."""
 
     def least(*rates: Array) -> Array:
         means = np.stack([rate.mean(axis=-1) for rate in rates], axis=-1)
@@ -106,7 +106,7 @@ def _onset(results: Results, n: int, ripple: float) -> Estimate:
 
 
 def _on_ripple(ripple: float, suffix: str, reading: str) -> tuple[Claim, Claim]:
-    """Return the two claims on fine resolutions, read with one ripple."""
+    """Return the two claims on fine resolutions for a given ripple."""
     return (
         Claim(
             f"no-loss-to-one-degree{suffix}",
@@ -140,9 +140,9 @@ CLAIMS = (
         "aa_acr",
         "higher values of angular resolution worsen the average communication rate",
         "worse",
-        f"loss of the frame's mean rate at {COARSEST:g} degrees against {FINEST:g}, and the least "
-        "loss from one resolution looked at to the next, which is negative where the rate rises; "
-        "the covered grid is rounded outward, so that a coarser one may cover less",
+        f"loss of the frame's mean rate at {COARSEST:g} degrees against {FINEST:g}, and the "
+        "smallest loss from one tested resolution to the next, which is negative if the rate "
+        "rises; the covered grid is rounded outward, so that a coarser one may cover less",
         coarse_loss,
         all_above(0.0),
     ),
@@ -162,6 +162,6 @@ CLAIMS = (
         RIPPLES[1],
         "-wider-ripple",
         f"ripple {RIPPLES[1]:g} N_t instead of {RIPPLES[0]:g} N_t, chosen because this figure "
-        "looks more like the paper's with it; the headline improvements do not",
+        "is then closer to the paper's; the headline improvements are not",
     ),
 )

@@ -22,7 +22,7 @@ from echobeam.values import Array
 FEW, MANY = ANTENNAS[0], ANTENNAS[-1]
 COMPONENTS = ("distance", "angle")
 DISRUPTED = 40
-"""Slot after which measurements are missing, well after the first frames."""
+"""Slot after which measurements are missing, several frames after the start."""
 
 AHEAD = (5, 10, 20)
 """Lengths of the disruption, slots."""
@@ -38,22 +38,22 @@ def same_start(results: Results) -> Measured:
 
 
 def _of_arrays(measure: Callable[[Results, int], Estimate]) -> Callable[[Results], Measured]:
-    """Measure something with each of the arrays, per cent."""
+    """Apply a measure to each array size, %."""
     return lambda results: Measured({_antennas(n): measure(results, n) for n in ANTENNAS}, "%")
 
 
 def pilot_degrades(results: Results, n: int) -> Estimate:
-    """Measure how the pilot scheme's angle error grows from slot 1 to slot 10."""
+    """Measure the growth of the pilot scheme's angle error from slot 1 to slot 10."""
     return _percent(*(_angle(results, n, "pilot", slot) for slot in (10, 1)))
 
 
 def proposed_better(results: Results, n: int) -> Estimate:
-    """Measure by how much the proposed scheme's angle error is smaller in slot 10."""
+    """Measure the reduction of the angle error in slot 10 by the proposed scheme."""
     return _percent(*(_angle(results, n, name, 10) for name in ("temporal", "pilot"))).negated()
 
 
 def gap_growth(results: Results) -> Measured:
-    """Measure how the advantage in slot 10 grows from the smallest to the largest array."""
+    """Measure the growth of the advantage in slot 10 from the smallest to the largest array."""
     samples = [
         _angle(results, n, scheme, 10) for n in (FEW, MANY) for scheme in ("pilot", "temporal")
     ]
@@ -74,7 +74,7 @@ def gap_growth(results: Results) -> Measured:
 
 
 def distance_in_time(results: Results) -> Measured:
-    """Measure how the distance error falls from slot 1 to slot 10."""
+    """Measure the fall of the distance error from slot 1 to slot 10."""
     return Measured(
         {
             _antennas(n): _percent(_distance(results, n, 10), _distance(results, n, 1)).negated()
@@ -85,7 +85,7 @@ def distance_in_time(results: Results) -> Measured:
 
 
 def distance_in_antennas(results: Results) -> Measured:
-    """Measure how the distance error in slot 10 falls from one array to the next larger."""
+    """Measure the fall of the distance error in slot 10 from one array to the next larger."""
     ends = (ANTENNAS_FOR_TWO[0], ANTENNAS_FOR_TWO[-1])
     return Measured(
         {
@@ -99,7 +99,7 @@ def distance_in_antennas(results: Results) -> Measured:
 
 
 def fast_object(results: Results) -> Measured:
-    """Measure how the errors of the faster object fall from slot 1 to slot 10."""
+    """Measure the fall of the faster object's errors from slot 1 to slot 10."""
     outcome = results[multi().name]
     fast = int(np.argmax([abs(one.velocity) for one in outcome.scenario.objects]))
     errors_of = {name: outcome.error("temporal", name)[..., fast] for name in COMPONENTS}
@@ -115,7 +115,7 @@ def fast_object(results: Results) -> Measured:
 
 
 def prediction_ahead(results: Results) -> Measured:
-    """Measure the position's error after some slots without any measurement."""
+    """Measure the position error after some slots without measurements."""
     outcome = results[trajectory().name]
     mean, cov = (outcome.of(name, "temporal") for name in ("estimated", "estimated_cov"))
     truth, velocity = outcome.kept["truth"], outcome.kept["uav_velocity"]
@@ -133,7 +133,7 @@ def prediction_ahead(results: Results) -> Measured:
 
 
 def prediction_close(results: Results) -> Measured:
-    """Measure the predicted position's error after the first frame, as a share of the distance."""
+    """Measure the error of the predicted position after the first frame, % of the distance."""
     outcome = results[trajectory().name]
     share = 100 * errors(outcome) / outcome.kept["truth"][..., 1]
     settled = share[:, outcome.scenario.frame.slots_per_frame :]
@@ -171,8 +171,8 @@ CLAIMS = (
         "t3",
         "the pilot-based scheme initially produces the same estimates as the proposed scheme",
         "the same",
-        "largest difference of the angle estimates of slot 1; both measure with omnidirectional "
-        "power and meet the same noise",
+        "largest difference of the angle estimates of slot 1; both schemes measure with an "
+        "omnidirectional transmission and have the same noise draws",
         same_start,
         all_below(1e-6),
         "by construction",
@@ -182,7 +182,7 @@ CLAIMS = (
         "t3",
         "over time, the pilot-based scheme's accuracy diminishes",
         "diminishing",
-        "growth of the angle RMSE from slot 1 to slot 10; the pilot's estimate is held",
+        "growth of the angle RMSE from slot 1 to slot 10; the pilot's estimate is not updated",
         _of_arrays(pilot_degrades),
         all_above(0.0),
     ),
@@ -191,7 +191,7 @@ CLAIMS = (
         "t3",
         "the proposed scheme maintains accuracy and outperforms the pilot-based scheme",
         "better",
-        "how much smaller the angle RMSE is in slot 10",
+        "reduction of the angle RMSE in slot 10",
         _of_arrays(proposed_better),
         all_above(0.0),
     ),

@@ -1,1 +1,1 @@
-"""One file per figure of the paper: its data from stored trials, and its picture."""
+"""Figures of the paper, a file for each: its data from stored trials, and its picture."""

@@ -1,4 +1,4 @@
-"""The evolution model's approximation against exact geometry (the paper's approx)."""
+"""Approximation of the evolution model against exact geometry (the paper's approx)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def scenario() -> Scenario:
 
 
 def states(kind: Evolution) -> Array:
-    """Return ``(slots + 1, 3)``: the state evolved again and again from slot 0, without noise."""
+    """Return ``(slots + 1, 3)``: the state evolved slot by slot from slot 0, without noise."""
     flight = scenario()
     angle = flight.objects[0].angle
     start = [angle, initial_distance(angle, flight.uav.height), flight.objects[0].velocity]

@@ -24,7 +24,7 @@ def errors(results: Results, metres: int, scheme: str) -> Array:
 
 
 def lost_percent(error: Array) -> Array:
-    """Return the share of trials ``(trial, slot)`` without an estimate, ``(slot,)`` %."""
+    """Return the share of trials without an estimate, ``(trial, slot)`` to ``(slot,)`` %."""
     return np.asarray(100.0 * np.isnan(error).mean(axis=0))
 
 

@@ -19,7 +19,7 @@ SLOT, LAST = 2, 10
 
 
 def total(results: Results, n: int) -> Array:
-    """Return ``(trial, angle)``: the power that all beams send together."""
+    """Return ``(trial, angle)``: the total power radiated by all beams."""
     return np.asarray(gains(results[multi(n).name], SLOT).sum(axis=1))
 
 
@@ -61,7 +61,7 @@ def _line(series: Series) -> Series:
 
 
 def _gains(results: Results) -> Panel:
-    """Return the array gain that each object receives from its own beam."""
+    """Return the array gain of each object's own beam."""
     numbers, series, notes = np.array(ANTENNAS_FOR_TWO), [], []
     for k in range(2):
         for slot in (SLOT, LAST):

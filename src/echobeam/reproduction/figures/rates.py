@@ -18,7 +18,7 @@ PANELS = (
     (headline("paper-multi"), "two objects", 156),
     (headline("paper-single"), "one object", 136),
 )
-"""Setup, what it is called, and the paper's improvement in its slot 6, per cent."""
+"""Setups, their titles, and the paper's improvement in slot 6, %."""
 
 SCHEMES = {"temporal": "proposed (temporal)", "pilot": "pilot"}
 

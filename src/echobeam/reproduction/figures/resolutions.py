@@ -19,7 +19,7 @@ PANELS = (
     ("$N_t$ = $N_r$ = 30", ((30, 85), (30, 90), (30, 95)), "$h$ = {1} m"),
     ("$h$ = 90 m", ((25, 90), (30, 90), (35, 90)), "$N_t$ = $N_r$ = {0}"),
 )
-"""Title of each panel, its lines, and their labels."""
+"""Panels: title, lines, and labels of the lines."""
 
 
 def frame_rate(

@@ -1,4 +1,4 @@
-"""How the claims hang on what the paper does not give: the map of them all, two of them drawn."""
+"""Sensitivity of the claims to values that the paper does not give: the map, and two drawn."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def _trials(shown: list[Entry]) -> str:
 
 FIGURE = Figure(
     "sensitivity",
-    "how the claims of t1 to t7-2 hang on values that the paper does not give; drawn for t1's",
+    "sensitivity of the claims of t1 to t7-2 to values not given in the paper; drawn for t1's",
     setups(),
     data,
     place=12,

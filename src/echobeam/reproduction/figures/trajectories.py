@@ -1,4 +1,4 @@
-"""True and predicted trajectories of two objects under a UAV (the paper's t5)."""
+"""Trajectories, true and predicted, of two objects under a UAV (the paper's t5)."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def flight(outcome: Outcome) -> Array:
 
 
 def positions(outcome: Outcome, variable: str) -> Array:
-    """Return ``(trial, slot, object, 2)`` m: where the objects are, or are believed to be."""
+    """Return ``(trial, slot, object, 2)`` m: true, predicted or estimated positions."""
     state = outcome.kept["truth"] if variable == "truth" else outcome.of(variable, "temporal")
     return np.asarray(flight(outcome)[:, None] + offset(state))
 
 
 def errors(outcome: Outcome) -> Array:
-    """Return ``(trial, slot, object)`` m: how far the predicted position is from the true one."""
+    """Return ``(trial, slot, object)`` m: distance of the predicted from the true position."""
     off = positions(outcome, "predicted") - positions(outcome, "truth")
     return np.asarray(np.hypot(off[..., 0], off[..., 1]))
 
@@ -48,7 +48,7 @@ def cones(outcome: Outcome, k: int) -> list[Cone]:
 
 
 def data(results: Results) -> FigureData:
-    """Return the scene, each object's way along the road, and the prediction's error."""
+    """Return the scene, each object's path along the road, and the prediction's error."""
     outcome = results[trajectory().name]
     scene, off = _scene(outcome), errors(outcome)[:, 1:]
     time = outcome.scenario.frame.slot * np.arange(outcome.scenario.n_slots, dtype=float)

@@ -1,0 +1,295 @@
+"""Errors of the receiver's estimators against the bounds, over SNR and over separation.
+
+One object where the scenario's first one is in slot 1, lit by a beam matched to its angle or by
+omnidirectional power; two objects always by the latter. Every trial has data, noise and phase of its own; the strongest echo is
+taken, whether it passes the threshold or not, so that outliers below the threshold count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from echobeam.physics import transmission
+from echobeam.physics.bounds import Crb, measurement_variance
+from echobeam.physics.echo import illumination
+from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
+from echobeam.physics.measurement import measure
+from echobeam.physics.waveform import Waveform, factor, orthogonalised, symbols_of
+from echobeam.scenario.checking import ScenarioError
+from echobeam.scenario.model import Scenario
+from echobeam.sensing.chain import Echo, Processing, angle_by_capon, find_echoes, receiver_of
+from echobeam.sensing.directions import mirrored
+from echobeam.sensing.refine import Receiver
+from echobeam.simulation.randomness import Use, trial_normals
+from echobeam.simulation.scene import scene_of
+from echobeam.simulation.signal_sensor import TRIALS_AT_ONCE, element_noise, waveform_of
+from echobeam.simulation.world import World, begin
+from echobeam.values import Array, BoolArray, ComplexArray, Transmission
+
+TOTALS = tuple(float(total) for total in range(0, 37, 3))
+"""SNR after all integration, dB: from where outliers rule to where no error but noise is left."""
+
+SEPARATIONS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0)
+"""Separations of two objects in beam widths 1 / (n spacing) of the direction u."""
+
+RESOLUTION_TOTAL = 30.0
+"""SNR of each of two objects after all integration, dB."""
+
+QUANTITIES = ("angle", "delay", "doppler")
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class SensingCheck:
+    """Errors and bounds; standard deviations in rad, s and Hz.
+
+    Attributes
+    ----------
+    snr
+        ``(n,)``: echo SNR of one receive antenna, Eq. (14) or (16).
+    total
+        ``(n,)`` dB: the same after the receive array.
+    rmse
+        Of each quantity and estimator ``(n,)``.
+    bound
+        Of each version of the bound and quantity ``(n,)``.
+    detected
+        ``(n,)``: share of trials whose echo passes the threshold.
+    separation
+        ``(m,)`` rad: of two objects of one delay and Doppler.
+    resolved
+        Of each estimator of the angle ``(m,)``: share of trials in which both objects are found
+        within half of their separation.
+    trials
+        Number of trials.
+    """
+
+    snr: Array
+    total: Array
+    rmse: dict[str, dict[str, Array]]
+    bound: dict[str, dict[str, Array]]
+    detected: Array
+    separation: Array
+    resolved: dict[str, Array]
+    trials: int
+
+
+def check_sensing(
+    scenario: Scenario,
+    trials: int,
+    seed: int,
+    mode: Literal["directional", "omni"] = "directional",
+    progress: Progress = lambda done, total: None,
+) -> SensingCheck:
+    """Return the errors of the estimators of a scenario's receiver.
+
+    Parameters
+    ----------
+    scenario
+        Its arrays, radar and first object.
+    trials, seed
+        As for a run.
+    mode
+        Transmission: a beam matched to the object, or omnidirectional power.
+    progress
+        Called with the steps done and in all.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no object, or its echo is beyond the waveform's unambiguous delay or Doppler.
+    """
+    setup = _Setup(scenario, trials, seed, mode)
+    steps = len(TOTALS) + len(SEPARATIONS)
+    errors: list[dict[str, Array]] = []
+    for done, total in enumerate(TOTALS):
+        errors.append(setup.errors(total))
+        progress(done + 1, steps)
+    resolved: list[dict[str, float]] = []
+    for done, beams in enumerate(SEPARATIONS):
+        resolved.append(setup.resolved(beams))
+        progress(len(TOTALS) + done + 1, steps)
+    totals = np.array(TOTALS)
+    snr = 10.0 ** (0.1 * totals) / setup.receivers
+    return SensingCheck(
+        snr=snr,
+        total=totals,
+        rmse={
+            "angle": {name: _rms(errors, f"angle {name}") for name in ("capon", "glrt")},
+            "delay": {"matched_filter": _rms(errors, "delay")},
+            "doppler": {"matched_filter": _rms(errors, "doppler")},
+        },
+        bound={crb: setup.bounds(snr, crb) for crb in ("paper", "exact")},
+        detected=np.array([float(np.mean(one["valid"])) for one in errors]),
+        separation=np.array([setup.separated(beams) for beams in SEPARATIONS]),
+        resolved={name: np.array([one[name] for one in resolved]) for name in ("capon", "glrt")},
+        trials=trials,
+    )
+
+
+def _rms(errors: Sequence[dict[str, Array]], name: str) -> Array:
+    return np.array([float(np.sqrt(np.mean(one[name] ** 2))) for one in errors])
+
+
+class _Setup:
+    """One object, what lights it, and the receiver."""
+
+    def __init__(self, scenario: Scenario, trials: int, seed: int, mode: str) -> None:
+        if not scenario.n_objects:
+            raise ScenarioError(f"{scenario.name}: no objects; expected one to sense")
+        world = begin(scene_of(scenario.replace({"truth.process_noise": False})), 0, range(1))
+        self.world, self.trials, self.seed = _first_present(world), trials, seed
+        radar, law = scenario.radar, world.scene.law
+        self.arrays, self.receivers = (law.transmitter, law.receiver), law.receiver.n
+        self.wave: Waveform = waveform_of(radar)
+        self.processing = Processing(radar.filter, radar.cfar, radar.false_alarm)
+        self.noise = element_noise(radar)
+        state = self.world.state[0, self.world.present][0]
+        uav = self.world.uav
+        self.ideal = measure(
+            state[0], state[1], state[2], uav.speed, uav.heading, scenario.radio.carrier
+        )
+        self._check_unambiguous(scenario)
+        power = scenario.radio.power
+        if mode == "omni":
+            self.sent = transmission.omni(
+                np.zeros((1, 0), dtype=np.bool_), power, law.transmitter.n
+            )
+        else:
+            beam = law.transmitter.steering(state[0]) * np.sqrt(power / law.transmitter.n)
+            self.sent = transmission.directional(beam[None, None, :])
+        self.lit = float(illumination(self.sent, state[None, None, 0], law.transmitter)[0, 0])
+
+    def _check_unambiguous(self, scenario: Scenario) -> None:
+        delay, doppler = float(self.ideal[1]), float(self.ideal[2])
+        wave = self.wave
+        if delay >= wave.unambiguous_delay or abs(doppler) >= wave.unambiguous_doppler:
+            raise ScenarioError(
+                f"{scenario.name}: the first object has a delay of {delay:.3g} s and a Doppler "
+                f"shift of {doppler:.3g} Hz; the waveform tells delays below "
+                f"{wave.unambiguous_delay:.3g} s (more radar.subcarriers) and shifts below "
+                f"{wave.unambiguous_doppler:.3g} Hz (more radar.symbols)"
+            )
+
+    def bounds(self, snr: Array, crb: Crb) -> dict[str, Array]:
+        """Return the bounds as standard deviations, ``(n,)`` of each quantity."""
+        wave = self.wave
+        grid = crb == "exact"
+        variance = measurement_variance(
+            _repeated(self.sent, len(snr)), np.full((len(snr), 1), self.ideal[0]), snr[:, None],
+            *self.arrays, crb=crb,
+            bandwidth=wave.effective_bandwidth if grid else wave.bandwidth,
+            pulse_length=wave.effective_duration if grid else wave.duration,
+        )[:, 0]  # fmt: skip
+        return {name: np.sqrt(variance[:, i]) for i, name in enumerate(QUANTITIES)}
+
+    def errors(self, total: float) -> dict[str, Array]:
+        """Return the errors of all trials at an SNR after all integration, dB."""
+        parts = [
+            self._errors(range(first, min(first + TRIALS_AT_ONCE, self.trials)), total)
+            for first in range(0, self.trials, TRIALS_AT_ONCE)
+        ]
+        return {name: np.concatenate([one[name] for one in parts]) for name in parts[0]}
+
+    def _errors(self, trials: range, total: float) -> dict[str, Array]:
+        signal, known = self._signal(trials, total, self.ideal[None, :1], self.sent)
+        found = find_echoes(signal, known, 1, self.processing)
+        by_capon = angle_by_capon(signal, found, known)
+        truth, count = self.ideal, len(trials)
+        near = np.full(count, truth[0])
+        angles = {"glrt": found.angle[:, 0], "capon": by_capon[:, 0]}
+        return {
+            f"angle {name}": mirrored(known.receiver, angle, near) - truth[0]
+            for name, angle in angles.items()
+        } | {
+            "delay": found.delay[:, 0] - truth[1],
+            "doppler": found.doppler[:, 0] - truth[2],
+            "valid": found.valid[:, 0].astype(np.float64),
+        }
+
+    def separated(self, beams: float) -> float:
+        """Return the angle between two objects so many beam widths apart, rad."""
+        one, two = self._pair(beams)
+        return float(abs(one - two))
+
+    def resolved(self, beams: float) -> dict[str, float]:
+        """Return the share of trials in which each estimator finds both of two objects."""
+        angles = np.array(self._pair(beams))
+        hits: dict[str, list[BoolArray]] = {"glrt": [], "capon": []}
+        for first in range(0, self.trials, TRIALS_AT_ONCE):
+            trials = range(first, min(first + TRIALS_AT_ONCE, self.trials))
+            signal, known = self._signal(trials, RESOLUTION_TOTAL, angles[None], self.everywhere)
+            found = find_echoes(signal, known, 2, self.processing)
+            hits["glrt"].append(_both(found.angle, found, angles, known))
+            hits["capon"].append(_both(angle_by_capon(signal, found, known), found, angles, known))
+        return {name: float(np.mean(np.concatenate(one))) for name, one in hits.items()}
+
+    def _pair(self, beams: float) -> tuple[float, float]:
+        receiver = self.arrays[1]
+        u = float(receiver.frequency(self.ideal[0]))
+        apart = beams / (receiver.n * receiver.spacing)
+        both = u + 0.5 * apart * np.array([-1.0, 1.0])
+        top = float(both.max())
+        both = both - max(0.0, top - 0.999)
+        inverse = np.arcsin if receiver.axis == "vertical" else np.arccos
+        one, two = inverse(np.clip(both, -0.999, 0.999))
+        return float(one), float(two)
+
+    def _signal(
+        self, trials: range, total: float, angles: Array, sent: Transmission
+    ) -> tuple[ComplexArray, Receiver]:
+        """Return the signal of objects at some angles, each of this SNR, and the receiver."""
+        count, wave = len(trials), self.wave
+        lit = float(illumination(sent, angles, self.arrays[0])[0, 0])
+        precoder, orthogonal = factor(_repeated(sent, count))
+        shape = (precoder.shape[-1], wave.subcarriers, wave.symbols, 2)
+        streams = symbols_of(wave, trial_normals(self.seed, trials, 0, Use.DATA, shape))
+        if orthogonal:
+            streams = orthogonalised(streams)
+        objects = angles.shape[-1]
+        pairs = trial_normals(self.seed, trials, 0, Use.FLUCTUATION, (objects, 2))
+        phase = np.exp(1j * np.arctan2(pairs[..., 1], pairs[..., 0]))
+        energy = 10.0 ** (0.1 * total) * self.noise / (wave.elements * self.receivers * lit)
+        ones = np.ones((count, objects))
+        scatterers = Scatterers(
+            ones * angles, ones * self.ideal[1], ones * self.ideal[2], np.sqrt(energy) * phase
+        )
+        size = (self.receivers, wave.subcarriers, wave.symbols, 2)
+        noise = noise_of(trial_normals(self.seed, trials, 0, Use.NOISE, size), self.noise)
+        signal = echo_signal(scatterers, streams, precoder, wave, self.arrays) + noise
+        return signal, receiver_of(self.arrays, wave, streams, precoder, self.noise)
+
+
+def _repeated(sent: Transmission, count: int) -> Transmission:
+    """Return one transmission for so many trials."""
+    return Transmission(
+        np.repeat(sent.beams, count, axis=0),
+        np.repeat(sent.antenna_power, count, axis=0),
+        np.repeat(sent.probing, count, axis=0),
+    )
+
+
+def _both(angle: Array, found: Echo, truth: Array, known: Receiver) -> BoolArray:
+    """Return in which trials both objects are found within half of their separation."""
+    u, wanted = known.receiver.frequency(angle), known.receiver.frequency(truth)
+    within = 0.5 * abs(wanted[0] - wanted[1])
+    off = np.abs(u[..., None] - wanted) <= within
+    straight, crossed = off[:, 0, 0] & off[:, 1, 1], off[:, 0, 1] & off[:, 1, 0]
+    both: BoolArray = (straight | crossed) & found.valid.all(axis=-1)
+    return both
+
+
+def _first_present(world: World) -> World:
+    """Return nature in the first slot in which an object is present."""
+    for _ in range(world.scene.scenario.n_slots - 1):
+        if world.present.any():
+            return world
+        world = world.advance()
+    if not world.present.any():
+        raise ScenarioError(f"{world.scene.scenario.name}: no object is ever present")
+    return world
