@@ -1,8 +1,9 @@
 """Errors of the receiver's estimators against the bounds, over SNR and over separation.
 
 One object where the scenario's first one is in slot 1, lit by a beam matched to its angle or by
-omnidirectional power; two objects always by the latter. Every trial has data, noise and phase of its own; the strongest echo is
-taken, whether it passes the threshold or not, so that outliers below the threshold count.
+omnidirectional power; two objects always by the latter. Every trial has data, noise and phase of its
+own; the strongest echo is taken, whether it passes the threshold or not, so that outliers below the
+threshold count.
 """
 
 from __future__ import annotations
@@ -156,14 +157,11 @@ class _Setup:
         )
         self._check_unambiguous(scenario)
         power = scenario.radio.power
-        if mode == "omni":
-            self.sent = transmission.omni(
-                np.zeros((1, 0), dtype=np.bool_), power, law.transmitter.n
-            )
-        else:
-            beam = law.transmitter.steering(state[0]) * np.sqrt(power / law.transmitter.n)
-            self.sent = transmission.directional(beam[None, None, :])
-        self.lit = float(illumination(self.sent, state[None, None, 0], law.transmitter)[0, 0])
+        nobody = np.zeros((1, 0), dtype=np.bool_)
+        self.everywhere = transmission.omni(nobody, power, law.transmitter.n)
+        beam = law.transmitter.steering(state[0]) * np.sqrt(power / law.transmitter.n)
+        matched = transmission.directional(beam[None, None])
+        self.sent = self.everywhere if mode == "omni" else matched
 
     def _check_unambiguous(self, scenario: Scenario) -> None:
         delay, doppler = float(self.ideal[1]), float(self.ideal[2])
