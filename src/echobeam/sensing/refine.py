@@ -114,7 +114,11 @@ def _conjugate(delay: Array, doppler: Array, waveform: Waveform) -> ComplexArray
 def _delay_doppler_step(
     compressed: ComplexArray, delay: Array, doppler: Array, waveform: Waveform
 ) -> tuple[Array, Array]:
-    """Return delay and Doppler after one of Newton's steps on |c|^2."""
+    """Return delay and Doppler after one of Newton's steps on log |c|^2.
+
+    The logarithm is concave over the whole main lobe, and delay and Doppler separate in it, where
+    |c|^2 itself is neither.
+    """
     f, t = waveform.places()
     turned = compressed * _conjugate(delay, doppler, waveform)
     grid = turned.reshape(*turned.shape[:-1], f.size, t.size)
@@ -122,19 +126,18 @@ def _delay_doppler_step(
     over_t = grid.sum(axis=-1)
     moved = grid @ wt
     c = over_t.sum(axis=-1)
-    first = np.stack([over_t @ wf, moved.sum(axis=-1)])
-    second = np.stack([over_t @ wf**2, moved @ wf, (grid @ wt**2).sum(axis=-1)])
-    gradient = 2.0 * np.real(np.conj(c) * first)
-    cross = np.stack([first[0], first[0], first[1]]) * np.conj(
-        np.stack([first[0], first[1], first[1]])
-    )
-    h_ff, h_ft, h_tt = 2.0 * np.real(np.conj(c) * second + cross)
-    # Newton where the likelihood is concave, else along the expected curvature
+    c = np.where(c == 0.0, np.finfo(np.float64).tiny, c)
+    c_f, c_t = over_t @ wf / c, moved.sum(axis=-1) / c
+    gradient = 2.0 * np.real(np.stack([c_f, c_t]))
+    h_ff = 2.0 * np.real(over_t @ wf**2 / c - c_f**2)
+    h_ft = 2.0 * np.real(moved @ wf / c - c_f * c_t)
+    h_tt = 2.0 * np.real((grid @ wt**2).sum(axis=-1) / c - c_t**2)
+    # Newton where it is concave, else along the expected curvature
     determinant = h_ff * h_tt - h_ft**2
     concave = (h_ff < 0.0) & (h_tt < 0.0) & (determinant > 0.0)
-    power = np.abs(c) ** 2
-    expected_f = -2.0 * power * np.mean(np.abs(wf) ** 2)
-    expected_t = -2.0 * power * max(float(np.mean(np.abs(wt) ** 2)), np.finfo(np.float64).tiny)
+    smallest = np.finfo(np.float64).tiny
+    expected_f = -2.0 * max(float(np.mean(np.abs(wf) ** 2)), smallest)
+    expected_t = -2.0 * max(float(np.mean(np.abs(wt) ** 2)), smallest)
     safe = np.where(concave, determinant, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         step_f = np.where(

@@ -1,9 +1,9 @@
 """Errors of the receiver's estimators against the bounds, over SNR and over separation.
 
 One object where the scenario's first one is in slot 1, lit by a beam matched to its angle or by
-omnidirectional power; two objects always by the latter. Every trial has data, noise and phase of its
-own; the strongest echo is taken, whether it passes the threshold or not, so that outliers below the
-threshold count.
+omnidirectional power; two objects always by the latter. Every trial has data, noise and phase of
+its own; the strongest echo is taken, whether it passes the threshold or not, so that outliers below
+the threshold count.
 """
 
 from __future__ import annotations
