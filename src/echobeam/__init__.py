@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from echobeam.commands.plot import plot
     from echobeam.commands.reproduce import reproduce
     from echobeam.commands.run import run
+    from echobeam.commands.sense import sense
     from echobeam.commands.simulate import simulate
     from echobeam.commands.summary import summary
     from echobeam.commands.sweep import sweep
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from echobeam.simulation.description import Description, describe
     from echobeam.simulation.loop import SlotRecord
     from echobeam.simulation.run import slots
+    from echobeam.simulation.sensing_check import SensingCheck
     from echobeam.values import (
         Detections,
         GaussianState,
@@ -71,6 +73,7 @@ _HOME = {
     "Scheme": "schemes.base",
     "SchemeError": "schemes.base",
     "SchemeOfParts": "schemes.parts",
+    "SensingCheck": "simulation.sensing_check",
     "SlotRecord": "simulation.loop",
     "StateSpace": "values",
     "Status": "values",
@@ -88,6 +91,7 @@ _HOME = {
     "run": "commands.run",
     "scenarios": "scenario.built_in",
     "scheme": "schemes.doors",
+    "sense": "commands.sense",
     "simulate": "commands.simulate",
     "slots": "simulation.run",
     "summary": "commands.summary",
@@ -120,6 +124,7 @@ __all__ = [
     "Scheme",
     "SchemeError",
     "SchemeOfParts",
+    "SensingCheck",
     "SlotRecord",
     "StateSpace",
     "Status",
@@ -139,6 +144,7 @@ __all__ = [
     "scenarios",
     "scheme",
     "schemes",
+    "sense",
     "simulate",
     "slots",
     "summary",

@@ -17,6 +17,7 @@ from echobeam.cli.columns import aligned
 
 if TYPE_CHECKING:
     from echobeam.scenario.model import Scenario
+    from echobeam.scenario.tables import RadarTable
     from echobeam.simulation.assumptions import Assumption
     from echobeam.simulation.description import Description
     from echobeam.simulation.link_budget import EchoBudget, ObjectBudget, PowerScale
@@ -113,7 +114,8 @@ def _setting(scenario: Scenario) -> list[str]:
         f"frames ({_time(scenario.n_slots * frame.slot)}); slot 1 of a frame is omnidirectional "
         "or a pilot, the others have beams",
         "radar": f"bandwidth {_scaled(radar.bandwidth, 'Hz')}, pulse {_time(radar.pulse_length)}, "
-        f"matched filter {_db(radar.gain)} dB, {radar.crb} bound, variance {radar.variance}",
+        f"integration {_gain(radar)}, {radar.crb} bound, variance {radar.variance}",
+        "echo": _model(scenario),
         "filter": f"{believed.evolution} evolution, process noise per slot "
         f"{_degrees(believed.angle_std)} degrees, {believed.distance_std:g} m, "
         f"{believed.velocity_std:g} m/s; {prior}",
@@ -123,6 +125,33 @@ def _setting(scenario: Scenario) -> list[str]:
         "schemes": ", ".join(_scheme(name, scenario) for name in scenario.schemes),
     }
     return [_filled(f"{name:9}", words) for name, words in rows.items()]
+
+
+def _gain(radar: RadarTable) -> str:
+    """Return the gain of coherent integration and what it is."""
+    if radar.integration == "gain":
+        return f"{_db(radar.integrated)} dB (G_m)"
+    return f"{_db(radar.integrated)} dB (all {radar.subcarriers * radar.symbols} resource elements)"
+
+
+def _model(scenario: Scenario) -> str:
+    """Return how measurements come about, and what a waveform tells apart."""
+    radar = scenario.radar
+    fluctuation = "constant" if radar.fluctuation == "none" else "Swerling I"
+    if radar.model == "crb":
+        return f"measurements Gaussian with the variance of the bound; amplitude {fluctuation}"
+    from echobeam.simulation.grid import waveform_of
+    from echobeam.units import SPEED_OF_LIGHT
+
+    wave, speed = waveform_of(radar), 0.5 * SPEED_OF_LIGHT / scenario.radio.carrier
+    return (
+        f"OFDM signal of {radar.subcarriers} subcarriers and {radar.symbols} symbols, "
+        f"{radar.modulation}; cells of {0.5 * SPEED_OF_LIGHT / radar.bandwidth:.3g} m and "
+        f"{speed / radar.pulse_length:.3g} m/s, unambiguous to "
+        f"{0.5 * SPEED_OF_LIGHT * wave.unambiguous_delay:.4g} m and "
+        f"{speed * wave.unambiguous_doppler:.4g} m/s; {radar.filter} filter, {radar.cfar} CFAR at "
+        f"{radar.false_alarm:g}, angle by {radar.angle.upper()}; amplitude {fluctuation}"
+    )
 
 
 def _scheme(name: str, scenario: Scenario) -> str:
@@ -142,7 +171,7 @@ def _powers(scale: PowerScale, scenario: Scenario) -> list[str]:
         f" 1 W (30 dBm) is radio.power = {scale.watt:.4g}",
         f"the echo has the power of a target of {scale.cross_section:.3g} m^2 "
         f"({_db(scale.cross_section)} dBsm); with integration over a whole slot, "
-        f"{_db(scale.full_integration)} dB instead of the {_db(scenario.radar.gain)} dB of G_m, a "
+        f"{_db(scale.full_integration)} dB instead of the {_gain(scenario.radar)}, a "
         f"target of {scale.full_cross_section:.3g} m^2 ({_db(scale.full_cross_section)} dBsm) "
         "gives the same SNR",
     ]

@@ -34,6 +34,9 @@ from echobeam.scenario.tables import (
 LONGEST_NAME = 200
 """Bytes of a scenario's name: most file systems take 255 in a file's, which has a suffix more."""
 
+MOST_SAMPLES = 1 << 22
+"""Samples of a slot's echo signal over all antennas: 64 MB in each of some ten arrays."""
+
 
 class Scenario(Table):
     """Complete, validated scenario; see the scenario file's reference in the documentation."""
@@ -80,6 +83,25 @@ class Scenario(Table):
         """Refuse two answers to what moves the objects."""
         if self.trace is not None and self.objects:
             raise ValueError("objects: not together with a trace; remove one of the two")
+        return self
+
+    @model_validator(mode="after")
+    def _check_signal(self) -> Scenario:
+        """Refuse signals that do not fit in memory, or too short for orthogonal streams."""
+        elements = self.radar.subcarriers * self.radar.symbols
+        antennas = max(self.array.n_tx, self.array.receivers)
+        if self.radar.model != "signal":
+            return self
+        if elements * antennas > MOST_SAMPLES:
+            raise ValueError(
+                f"radar.subcarriers x radar.symbols: {elements} resource elements on {antennas} "
+                f"antennas; expected at most {MOST_SAMPLES} samples in all"
+            )
+        if elements < self.array.n_tx:
+            raise ValueError(
+                f"radar.subcarriers x radar.symbols: {elements} resource elements; expected at "
+                f"least one for each of the {self.array.n_tx} transmit antennas"
+            )
         return self
 
     @field_validator("name")

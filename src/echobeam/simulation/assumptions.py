@@ -137,6 +137,22 @@ def _side(scenario: Scenario) -> list[Assumption]:
 
 def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
     isolation = scale.transmit_power / scale.noise_power
+    radar = scenario.radar
+    signal = radar.model == "signal"
+    cancelled = f"cancelled to the noise level, by {_db(isolation)} dB"
+    if signal and radar.self_interference > 0.0:
+        cancelled = f"cancelled to {_db(radar.self_interference)} dB above the noise"
+    if signal and radar.ground_clutter > 0.0:
+        clutter = Assumption(
+            "clutter",
+            f"a metre of road below the UAV echoes with |epsilon|^2 = {radar.ground_clutter:g}; "
+            "each object's echo is identified",
+        )
+    else:
+        clutter = Assumption(
+            "no clutter", "all echoes come from objects, and each object is identified"
+        )
+    fluctuates = radar.fluctuation == "swerling1"
     return [
         Assumption(
             "monostatic",
@@ -145,12 +161,16 @@ def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
         *_side(scenario),
         Assumption(
             "self-interference",
-            "echoes are received while the UAV transmits; self-interference is cancelled to the "
-            f"noise level, by {_db(isolation)} dB",
+            f"echoes are received while the UAV transmits; self-interference is {cancelled}",
         ),
         Assumption("line of sight", "one path to each object: no blockage, no multipath"),
-        Assumption("no clutter", "all echoes come from objects, and each object is identified"),
-        Assumption("constant cross-section", "targets are points and do not fluctuate"),
+        clutter,
+        Assumption(
+            "Swerling I" if fluctuates else "constant cross-section",
+            "targets are points; their echoes fluctuate from slot to slot"
+            if fluctuates
+            else "targets are points and do not fluctuate",
+        ),
     ]
 
 

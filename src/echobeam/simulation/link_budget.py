@@ -41,7 +41,7 @@ class EchoBudget:
     raw_snr
         Echo SNR of one receive antenna before the matched filter, linear.
     snr
-        Echo SNR after the matched filter, G_m times `raw_snr`: Eq. (14), Eq. (16).
+        Echo SNR after coherent integration, its gain times `raw_snr`: Eq. (14), Eq. (16).
     array_snr
         Echo SNR after the matched filter with the N_r receive antennas combined.
     counted_snr
@@ -178,7 +178,7 @@ def power_scale(scenario: Scenario) -> PowerScale:
         watt=float(power / transmit_power),
         cross_section=float(cross_section),
         full_integration=full_integration,
-        full_cross_section=float(cross_section * radar.gain / full_integration),
+        full_cross_section=float(cross_section * radar.integrated / full_integration),
     )
 
 

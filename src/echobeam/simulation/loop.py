@@ -19,6 +19,7 @@ from echobeam.simulation.decisions import first_decision
 from echobeam.simulation.examine import examine_decision
 from echobeam.simulation.randomness import SchemeNormals, Use, scheme_key
 from echobeam.simulation.receiver import by_identity, receive
+from echobeam.simulation.sensor import sense
 from echobeam.simulation.world import World
 from echobeam.values import (
     Array,
@@ -111,7 +112,7 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
         prior = _ask(configured, "predict", world, belief, view)
         predicted = _tracks(configured, prior, "predict", world)
         decision, seconds = _decide(configured, world, prior, predicted, view)
-        link, echoes = world.link(decision), world.sense(decision)
+        link, echoes = world.link(decision), sense(world, decision)
         detections = receive(
             echoes, world.identity, predicted, decision.sent, world.scene.law, knowledge
         )

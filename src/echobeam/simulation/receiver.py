@@ -8,7 +8,7 @@ import numpy as np
 
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.sensing.directions import mirrored
-from echobeam.simulation.world import Echoes
+from echobeam.simulation.sensor import Echoes
 from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array, BoolArray, Detections, IntArray, Tracks, Transmission, freeze
 

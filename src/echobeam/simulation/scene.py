@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from echobeam.physics.geometry import polar_state
 from echobeam.physics.motion import Flight
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import variance_law
+from echobeam.simulation.grid import check_unambiguous
 from echobeam.simulation.movers import Mover, mover_of
 
 
@@ -40,9 +42,15 @@ def scene_of(scenario: Scenario) -> Scene:
     ------
     TraceError
         If the trace cannot be used.
+    ScenarioError
+        If the waveform folds the delay or the Doppler shift of an object present in the first slot.
     """
     flight = flight_of(scenario)
-    return Scene(scenario, flight, mover_of(scenario, flight), variance_law(scenario))
+    mover = mover_of(scenario, flight)
+    if scenario.radar.model == "signal":
+        ground, uav = mover.begin(), flight.at(0)
+        check_unambiguous(scenario, polar_state(ground.position, ground.velocity, uav), uav)
+    return Scene(scenario, flight, mover, variance_law(scenario))
 
 
 def flight_of(scenario: Scenario) -> Flight:

@@ -14,6 +14,7 @@ from typing import Literal
 
 import numpy as np
 
+from echobeam.brief import Brief
 from echobeam.physics import transmission
 from echobeam.physics.bounds import Crb, measurement_variance
 from echobeam.physics.echo import illumination
@@ -25,9 +26,10 @@ from echobeam.scenario.model import Scenario
 from echobeam.sensing.chain import Echo, Processing, angle_by_capon, find_echoes, receiver_of
 from echobeam.sensing.directions import mirrored
 from echobeam.sensing.refine import Receiver
+from echobeam.simulation.grid import check_unambiguous, element_noise, waveform_of
 from echobeam.simulation.randomness import Use, trial_normals
 from echobeam.simulation.scene import scene_of
-from echobeam.simulation.signal_sensor import TRIALS_AT_ONCE, element_noise, waveform_of
+from echobeam.simulation.signal_sensor import trials_at_once
 from echobeam.simulation.world import World, begin
 from echobeam.values import Array, BoolArray, ComplexArray, Transmission
 
@@ -45,8 +47,8 @@ QUANTITIES = ("angle", "delay", "doppler")
 Progress = Callable[[int, int], None]
 
 
-@dataclass(frozen=True, slots=True)
-class SensingCheck:
+@dataclass(frozen=True, slots=True, repr=False)
+class SensingCheck(Brief):
     """Errors and bounds; standard deviations in rad, s and Hz.
 
     Attributes
@@ -150,29 +152,19 @@ class _Setup:
         self.wave: Waveform = waveform_of(radar)
         self.processing = Processing(radar.filter, radar.cfar, radar.false_alarm)
         self.noise = element_noise(radar)
+        self.step = trials_at_once(radar, max(law.receiver.n, law.transmitter.n))
         state = self.world.state[0, self.world.present][0]
         uav = self.world.uav
         self.ideal = measure(
             state[0], state[1], state[2], uav.speed, uav.heading, scenario.radio.carrier
         )
-        self._check_unambiguous(scenario)
+        check_unambiguous(scenario, self.world.state[:, self.world.present], self.world.uav)
         power = scenario.radio.power
         nobody = np.zeros((1, 0), dtype=np.bool_)
         self.everywhere = transmission.omni(nobody, power, law.transmitter.n)
         beam = law.transmitter.steering(state[0]) * np.sqrt(power / law.transmitter.n)
         matched = transmission.directional(beam[None, None])
         self.sent = self.everywhere if mode == "omni" else matched
-
-    def _check_unambiguous(self, scenario: Scenario) -> None:
-        delay, doppler = float(self.ideal[1]), float(self.ideal[2])
-        wave = self.wave
-        if delay >= wave.unambiguous_delay or abs(doppler) >= wave.unambiguous_doppler:
-            raise ScenarioError(
-                f"{scenario.name}: the first object has a delay of {delay:.3g} s and a Doppler "
-                f"shift of {doppler:.3g} Hz; the waveform tells delays below "
-                f"{wave.unambiguous_delay:.3g} s (more radar.subcarriers) and shifts below "
-                f"{wave.unambiguous_doppler:.3g} Hz (more radar.symbols)"
-            )
 
     def bounds(self, snr: Array, crb: Crb) -> dict[str, Array]:
         """Return the bounds as standard deviations, ``(n,)`` of each quantity."""
@@ -189,8 +181,8 @@ class _Setup:
     def errors(self, total: float) -> dict[str, Array]:
         """Return the errors of all trials at an SNR after all integration, dB."""
         parts = [
-            self._errors(range(first, min(first + TRIALS_AT_ONCE, self.trials)), total)
-            for first in range(0, self.trials, TRIALS_AT_ONCE)
+            self._errors(range(first, min(first + self.step, self.trials)), total)
+            for first in range(0, self.trials, self.step)
         ]
         return {name: np.concatenate([one[name] for one in parts]) for name in parts[0]}
 
@@ -219,8 +211,8 @@ class _Setup:
         """Return the share of trials in which each estimator finds both of two objects."""
         angles = np.array(self._pair(beams))
         hits: dict[str, list[BoolArray]] = {"glrt": [], "capon": []}
-        for first in range(0, self.trials, TRIALS_AT_ONCE):
-            trials = range(first, min(first + TRIALS_AT_ONCE, self.trials))
+        for first in range(0, self.trials, self.step):
+            trials = range(first, min(first + self.step, self.trials))
             signal, known = self._signal(trials, RESOLUTION_TOTAL, angles[None], self.everywhere)
             found = find_echoes(signal, known, 2, self.processing)
             hits["glrt"].append(_both(found.angle, found, angles, known))

@@ -9,26 +9,24 @@ off is no measurement.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from echobeam.physics.bounds import effective_variance, measurement_variance
 from echobeam.physics.echo import reflection_coefficient
 from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
 from echobeam.physics.measurement import measure
-from echobeam.physics.waveform import Waveform, factor, orthogonalised, symbols_of
+from echobeam.physics.waveform import factor, orthogonalised, symbols_of
 from echobeam.scenario.tables import RadarTable
 from echobeam.sensing.chain import Echo, Processing, find_echoes, receiver_of
 from echobeam.sensing.directions import mirrored
+from echobeam.simulation.grid import element_noise, waveform_of
 from echobeam.simulation.randomness import Use, trial_normals
+from echobeam.simulation.world import World
 from echobeam.values import Array, BoolArray, ComplexArray, Transmission
 
-if TYPE_CHECKING:
-    from echobeam.simulation.world import World
-
-TRIALS_AT_ONCE = 32
-"""Trials whose signals are in memory together, some 5 MB each with 30 antennas and 800 elements."""
+SAMPLES_AT_ONCE = 1 << 20
+"""Samples of all antennas in memory together, for as many trials as they are enough; 16 MB for each
+of some ten arrays."""
 
 SPARE = 2
 """Echoes that are looked for beyond the objects where the ground or the transmitter echoes too."""
@@ -40,16 +38,9 @@ GATE = 1.5
 """Resolution cells of delay, Doppler and direction within which an echo is an object's."""
 
 
-def waveform_of(radar: RadarTable) -> Waveform:
-    """Return the waveform of a scenario's radar."""
-    return Waveform(
-        radar.bandwidth, radar.pulse_length, radar.subcarriers, radar.symbols, radar.modulation
-    )
-
-
-def element_noise(radar: RadarTable) -> float:
-    """Return the noise in one resource element, with which integration gives the gain stated."""
-    return radar.noise * radar.subcarriers * radar.symbols / radar.integrated
+def trials_at_once(radar: RadarTable, antennas: int) -> int:
+    """Return for how many trials the signals are in memory together."""
+    return max(1, SAMPLES_AT_ONCE // (antennas * radar.subcarriers * radar.symbols))
 
 
 def measure_signal(
@@ -77,8 +68,10 @@ def measure_signal(
         return value, variance
     state = np.broadcast_to(world.state, (trials, objects, 3))
     spread = np.broadcast_to(amplitude, (trials, objects))
-    for first in range(0, trials, TRIALS_AT_ONCE):
-        some = slice(first, first + TRIALS_AT_ONCE)
+    law = world.scene.law
+    step = trials_at_once(world.scene.scenario.radar, max(law.receiver.n, law.transmitter.n))
+    for first in range(0, trials, step):
+        some = slice(first, first + step)
         found, truth = _of_some(world, _part(sent, some), state[some], spread[some], some)
         value[some], variance[some] = _labelled(
             world, _part(sent, some), found, truth, processed[some]

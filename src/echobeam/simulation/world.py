@@ -8,16 +8,13 @@ import numpy as np
 
 from echobeam.physics.geometry import polar_state
 from echobeam.physics.link import channel_loss, rate, sinr
-from echobeam.physics.measurement import measure
 from echobeam.schemes.base import Decision
 from echobeam.simulation.movers import Ground
-from echobeam.simulation.randomness import Use, object_normals
 from echobeam.simulation.scene import Scene
 from echobeam.values import (
     NOBODY,
     Array,
     BoolArray,
-    ComplexArray,
     IntArray,
     UavState,
     freeze,
@@ -30,29 +27,6 @@ class Link:
 
     sinr: Array
     rate: Array
-
-
-@dataclass(frozen=True, slots=True)
-class Echoes:
-    """Measurements of one slot as nature drew them.
-
-    Attributes
-    ----------
-    snr
-        ``(T, K)``: of each object's echo.
-    value
-        ``(T, K, M)`` rad, s, Hz; NaN where nothing was measured.
-    variance
-        ``(T, K, M)``: with which nature drew them; infinite where nothing was measured.
-    reported
-        ``(T, K, M)``: that the receiver states itself, where it processes a signal; else None, and
-        the UAV evaluates the bound.
-    """
-
-    snr: Array
-    value: Array
-    variance: Array
-    reported: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,65 +72,21 @@ class World:
         """Return SINR and rate at the true channel, Eqs. (7), (8), (10)."""
         radio = self.scene.scenario.radio
         loss = channel_loss(self.state[..., 1], radio.noise, radio.alpha0)
-        own = self._addressed(decision)
+        own = self.addressed(decision)
         ratio = sinr(decision.sent, own, self.state[..., 0], loss, self.scene.law.transmitter)
         return Link(ratio, rate(ratio))
-
-    def sense(self, decision: Decision) -> Echoes:
-        """Return what the radar measures of the objects whose echoes are processed.
-
-        Gaussian with the variance of the bound at the true state, Eqs. (17)-(24), or what the
-        receiver makes of the echo signal, Eq. (11).
-        """
-        sent, law, radar = decision.sent, self.scene.law, self.scene.scenario.radar
-        amplitude = self.fluctuation()
-        snr = law.snr(sent, self.state) * np.abs(amplitude) ** 2
-        asked = self._addressed(decision) & decision.sensed[:, None, :]
-        processed = np.asarray(asked.any(axis=-1))
-        variance = law.variance(sent, self.state, snr)
-        variance = np.where(processed[..., None], variance, np.inf)
-        measured: BoolArray = np.isfinite(variance)
-        if radar.model == "signal":
-            from echobeam.simulation.signal_sensor import measure_signal
-
-            value, reported = measure_signal(self, sent, amplitude, processed)
-            missed = ~np.isfinite(value)
-            return Echoes(snr, value, np.where(missed, np.inf, variance), reported)
-        if not measured.any():
-            return Echoes(snr, np.full(variance.shape, np.nan), variance)
-        luck = object_normals(
-            self.seed, self.trials, self.slot, Use.MEASUREMENT, self.identity, variance.shape[-1]
-        )
-        noise = np.sqrt(np.where(measured, variance, 0.0)) * luck
-        ideal = measure(
-            self.state[..., 0],
-            self.state[..., 1],
-            self.state[..., 2],
-            self.uav.speed,
-            self.uav.heading,
-            self.scene.scenario.radio.carrier,
-        )
-        return Echoes(snr, np.where(measured, ideal + noise, np.nan), variance)
-
-    def fluctuation(self) -> ComplexArray:
-        """Return each echo's amplitude relative to its mean power, ``(T or 1, K)``."""
-        if self.scene.scenario.radar.fluctuation == "none":
-            return np.ones((1, self.identity.size), dtype=np.complex128)
-        pair = object_normals(self.seed, self.trials, self.slot, Use.FLUCTUATION, self.identity, 2)
-        drawn: ComplexArray = (pair[..., 0] + 1j * pair[..., 1]) / np.sqrt(2.0)
-        return drawn
 
     def advance(self) -> World:
         """Return nature one slot later."""
         ground = self.scene.mover.advance(self.ground, self.slot, self.uav, self.seed, self.trials)
         return _seen(replace(self, slot=self.slot + 1, ground=ground))
 
-    def _addressed(self, decision: Decision) -> BoolArray:
+    def addressed(self, decision: Decision) -> BoolArray:
         """Return ``(T, K, C)``: whether a stream is for an object."""
-        addressed: BoolArray = (
-            decision.addressee[:, None, :] == self.identity[:, None]
-        ) & self.present[:, None]
-        return addressed
+        own: BoolArray = (decision.addressee[:, None, :] == self.identity[:, None]) & self.present[
+            :, None
+        ]
+        return own
 
 
 def begin(scene: Scene, seed: int, trials: range) -> World:

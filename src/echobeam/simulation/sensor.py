@@ -1,0 +1,80 @@
+"""Radar of a run: what is measured of the objects in one slot.
+
+Two sensors behind one call: Gaussian measurements at the Cramer-Rao bound, or a receiver that
+processes the echo signal. The schemes do not know which.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from echobeam.physics.measurement import measure
+from echobeam.schemes.base import Decision
+from echobeam.simulation.randomness import Use, object_normals
+from echobeam.simulation.signal_sensor import measure_signal
+from echobeam.simulation.world import World
+from echobeam.values import Array, BoolArray, ComplexArray
+
+
+@dataclass(frozen=True, slots=True)
+class Echoes:
+    """Measurements of one slot as nature drew them.
+
+    Attributes
+    ----------
+    snr
+        ``(T, K)``: of each object's echo.
+    value
+        ``(T, K, M)`` rad, s, Hz; NaN where nothing was measured.
+    variance
+        ``(T, K, M)``: with which nature drew them; infinite where nothing was measured.
+    reported
+        ``(T, K, M)``: that the receiver states itself, where it processes a signal; else None, and
+        the UAV evaluates the bound.
+    """
+
+    snr: Array
+    value: Array
+    variance: Array
+    reported: Array | None = None
+
+
+def sense(world: World, decision: Decision) -> Echoes:
+    """Return what the radar measures of the objects whose echoes are processed.
+
+    Gaussian with the variance of the bound at the true state, Eqs. (17)-(24), or what the receiver
+    makes of the echo signal, Eq. (11).
+    """
+    sent, law, scenario = decision.sent, world.scene.law, world.scene.scenario
+    amplitude = _fluctuation(world)
+    snr = law.snr(sent, world.state) * np.abs(amplitude) ** 2
+    asked = world.addressed(decision) & decision.sensed[:, None, :]
+    processed = np.asarray(asked.any(axis=-1))
+    variance = law.variance(sent, world.state, snr)
+    variance = np.where(processed[..., None], variance, np.inf)
+    if scenario.radar.model == "signal":
+        value, reported = measure_signal(world, sent, amplitude, processed)
+        missed = ~np.isfinite(value)
+        return Echoes(snr, value, np.where(missed, np.inf, variance), reported)
+    measured: BoolArray = np.isfinite(variance)
+    if not measured.any():
+        return Echoes(snr, np.full(variance.shape, np.nan), variance)
+    luck = object_normals(
+        world.seed, world.trials, world.slot, Use.MEASUREMENT, world.identity, variance.shape[-1]
+    )
+    noise = np.sqrt(np.where(measured, variance, 0.0)) * luck
+    angle, distance, velocity = np.moveaxis(world.state, -1, 0)
+    uav = world.uav
+    ideal = measure(angle, distance, velocity, uav.speed, uav.heading, scenario.radio.carrier)
+    return Echoes(snr, np.where(measured, ideal + noise, np.nan), variance)
+
+
+def _fluctuation(world: World) -> ComplexArray:
+    """Return each echo's amplitude relative to its mean power, ``(T or 1, K)``."""
+    if world.scene.scenario.radar.fluctuation == "none":
+        return np.ones((1, world.identity.size), dtype=np.complex128)
+    pair = object_normals(world.seed, world.trials, world.slot, Use.FLUCTUATION, world.identity, 2)
+    drawn: ComplexArray = (pair[..., 0] + 1j * pair[..., 1]) / np.sqrt(2.0)
+    return drawn
