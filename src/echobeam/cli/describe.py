@@ -114,7 +114,8 @@ def _setting(scenario: Scenario) -> list[str]:
         f"frames ({_time(scenario.n_slots * frame.slot)}); slot 1 of a frame is omnidirectional "
         "or a pilot, the others have beams",
         "radar": f"bandwidth {_scaled(radar.bandwidth, 'Hz')}, pulse {_time(radar.pulse_length)}, "
-        f"integration {_gain(radar)}, {radar.crb} bound, variance {radar.variance}",
+        f"integration {_gain(radar)}, {radar.crb} bound, variance "
+        + (radar.variance if radar.model == "crb" else "stated by the receiver"),
         "echo": _model(scenario),
         "filter": f"{believed.evolution} evolution, process noise per slot "
         f"{_degrees(believed.angle_std)} degrees, {believed.distance_std:g} m, "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -108,17 +109,18 @@ def table(check: SensingCheck) -> list[str]:
     rows = [["SNR dB", "total dB", "detected", *ratios]]
     rows += [
         [f"{10.0 * np.log10(check.snr[i]):.1f}", f"{check.total[i]:.0f}",
-         f"{100.0 * check.detected[i]:.0f} %", *(f"{one[i]:.3g}" for one in ratios.values())]
+         f"{100.0 * check.detected[i]:.0f} %", *(_cell(one[i], ".3g") for one in ratios.values())]
         for i in range(check.total.size)
     ]  # fmt: skip
     apart = [["separation deg", *check.resolved]]
     apart += [
         [f"{np.degrees(check.separation[i]):.2f}",
-         *(f"{100.0 * one[i]:.0f} %" for one in check.resolved.values())]
+         *(_cell(100.0 * one[i], ".0f", " %") for one in check.resolved.values())]
         for i in range(check.separation.size)
     ]  # fmt: skip
     return [
-        f"RMSE over the exact bound, {check.trials} trials for each SNR",
+        f"RMSE over the exact bound, {check.trials} trials for each SNR (standard error "
+        f"{100.0 / np.sqrt(2.0 * check.trials):.0f} %; the trials are the same for all)",
         "",
         *aligned(rows),
         "",
@@ -126,3 +128,8 @@ def table(check: SensingCheck) -> list[str]:
         "",
         *aligned(apart),
     ]
+
+
+def _cell(value: float, form: str, unit: str = "") -> str:
+    """Return a number of the table; a dash where nothing is measured."""
+    return f"{value:{form}}{unit}" if math.isfinite(value) else "-"

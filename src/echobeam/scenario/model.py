@@ -37,6 +37,9 @@ LONGEST_NAME = 200
 MOST_SAMPLES = 1 << 22
 """Samples of a slot's echo signal over all antennas: 64 MB in each of some ten arrays."""
 
+FEWEST_SUBCARRIERS = 29
+"""Cells of the CFAR along the delay: one under test, 4 guard and 24 training cells."""
+
 
 class Scenario(Table):
     """Complete, validated scenario; see the scenario file's reference in the documentation."""
@@ -96,6 +99,11 @@ class Scenario(Table):
             raise ValueError(
                 f"radar.subcarriers x radar.symbols: {elements} resource elements on {antennas} "
                 f"antennas; expected at most {MOST_SAMPLES} samples in all"
+            )
+        if self.radar.subcarriers < FEWEST_SUBCARRIERS:
+            raise ValueError(
+                f"radar.subcarriers: {self.radar.subcarriers} is not accepted with signals; "
+                f"expected at least {FEWEST_SUBCARRIERS}, the cells of the threshold's window"
             )
         if elements < self.array.n_tx:
             raise ValueError(

@@ -17,8 +17,12 @@ from echobeam.sensing.directions import PER_BEAM, steering, visible
 from echobeam.sensing.refine import Receiver
 from echobeam.values import Array, ComplexArray
 
-LOADING = 1.0
-"""Diagonal loading as a share of the mean power of the antennas."""
+LOADING = 10.0
+"""Diagonal loading as a share of the mean power of the antennas.
+
+With less, a strong echo is suppressed for the smallest error of its steering vector: at 36 dB in an
+omnidirectional slot the RMSE over the bound is 1.39 with a loading of 1, and 1.16 with 10.
+"""
 
 _POINTS = 41
 

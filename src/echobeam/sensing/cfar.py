@@ -12,8 +12,8 @@ from echobeam.values import Array
 Cfar = Literal["cell-averaging", "ordered-statistic"]
 """Level of the noise around a cell: the mean of the training cells, or one of them by rank.
 
-The mean loses least in homogeneous noise; the rank keeps the rate at the edges of clutter and
-beside other echoes.
+The mean loses least in homogeneous noise; the rank still detects beside other echoes. At the edges
+of clutter both miss the set rate (Gandhi and Kassam).
 """
 
 RANK = 0.75

@@ -19,8 +19,10 @@ from echobeam.sensing.capon import capon_direction, covariance
 from echobeam.sensing.cfar import Cfar, noise_level, threshold_factor, training_cells
 from echobeam.sensing.compression import Filter, cell_places, delay_doppler_map, weights
 from echobeam.sensing.directions import angle_of, search_grid, steering
+from echobeam.sensing.information import stated_variance
 from echobeam.sensing.refine import Point, Receiver, at, rebuilt, refine, replica
-from echobeam.values import Array, BoolArray, ComplexArray
+from echobeam.sensing.together import refine_together
+from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 PADDING = (2, 2)
 """Cells of the map per resolution cell of delay and Doppler: Newton's steps do the rest."""
@@ -30,6 +32,9 @@ TRAINING, GUARD = 12, 2
 
 _CELLS = 1 << 22
 """Cells of the map in memory at once."""
+
+_CLOSE = 3.0
+"""Resolution cells of delay, Doppler and direction within which echoes are refined jointly."""
 
 _SNAPSHOTS = 2
 """Snapshots of Capon's covariance for each antenna."""
@@ -66,6 +71,9 @@ class Echo(NamedTuple):
         Likelihood ratio less one: SNR after all integration, over all antennas.
     valid
         Whether the echo passed the threshold.
+    variance
+        ``(T, D, 3)`` rad^2, s^2, Hz^2: the Cramer-Rao bound of all echoes together, at the
+        estimates.
     """
 
     angle: Array
@@ -73,6 +81,7 @@ class Echo(NamedTuple):
     doppler: Array
     snr: Array
     valid: BoolArray
+    variance: Array
 
 
 def receiver_of(
@@ -127,9 +136,13 @@ def find_echoes(signal: ComplexArray, known: Receiver, count: int, processing: P
         valid.append(passed)
         rest = rest - _where(passed, rebuilt(point, known))
     if count > 1:
-        points = _together(flat, points, valid, known)
+        points = _each_alone(flat, points, valid, known)
+        points = _close_together(flat, points, valid, known)
     if processing.angle == "capon":
-        points = [_by_capon(flat, point, known) for point in points]
+        points = [
+            _by_capon(_without_others(flat, points, valid, known, place), point, known)
+            for place, point in enumerate(points)
+        ]
     stacked = [np.stack(one, axis=-1) for one in zip(*points, strict=True)]
     u, delay, doppler, _, statistic = stacked
     return Echo(
@@ -138,6 +151,7 @@ def find_echoes(signal: ComplexArray, known: Receiver, count: int, processing: P
         doppler,
         np.maximum(statistic - 1.0, 0.0),
         np.stack(valid, axis=-1),
+        stated_variance(points, valid, known),
     )
 
 
@@ -163,23 +177,57 @@ def angle_by_capon(signal: ComplexArray, found: Echo, known: Receiver) -> Array:
     return np.stack(angles, axis=-1)
 
 
-def _together(
+def _each_alone(
     signal: ComplexArray, points: list[Point], valid: list[BoolArray], known: Receiver
 ) -> list[Point]:
     """Return the points refined once more, each with the others subtracted."""
-    signals = [
-        _where(passed, rebuilt(one, known)) for one, passed in zip(points, valid, strict=True)
-    ]
-    total = sum(signals)
-    refined = []
+    refined = list(points)
     for place, point in enumerate(points):
-        alone = signal - (total - signals[place])
-        better = refine(alone, point, known, rounds=4)
-        total = total - signals[place]
-        signals[place] = _where(valid[place], rebuilt(better, known))
-        total = total + signals[place]
-        refined.append(better)
+        alone = _without_others(signal, refined, valid, known, place)
+        refined[place] = refine(alone, point, known, rounds=4)
     return refined
+
+
+def _without_others(
+    signal: ComplexArray,
+    points: list[Point],
+    valid: list[BoolArray],
+    known: Receiver,
+    place: int,
+) -> ComplexArray:
+    """Return the signal less all echoes but one."""
+    rest = signal
+    for other, (point, passed) in enumerate(zip(points, valid, strict=True)):
+        if other != place:
+            rest = rest - _where(passed, rebuilt(point, known))
+    return rest
+
+
+def _close_together(
+    signal: ComplexArray, points: list[Point], valid: list[BoolArray], known: Receiver
+) -> list[Point]:
+    """Return the points, in trials with echoes close to each other at their joint maximum."""
+    wave, array = known.waveform, known.receiver
+    cells = np.stack(
+        [
+            np.stack([p.u * array.n * array.spacing for p in points], axis=-1),
+            np.stack([p.delay * wave.bandwidth for p in points], axis=-1),
+            np.stack([p.doppler * wave.duration for p in points], axis=-1),
+        ]
+    )
+    passed = np.stack(valid, axis=-1)
+    near = (np.abs(cells[..., :, None] - cells[..., None, :]) < _CLOSE).all(axis=0)
+    near &= passed[:, :, None] & passed[:, None, :] & ~np.eye(len(points), dtype=np.bool_)
+    trials = np.flatnonzero(near.any(axis=(-2, -1)))
+    if not trials.size:
+        return points
+    joint = refine_together(
+        signal[trials],
+        [point.of(trials) for point in points],
+        [one[trials] for one in valid],
+        _some(known, trials),
+    )
+    return [point.replaced(trials, other) for point, other in zip(points, joint, strict=True)]
 
 
 def _where(passed: BoolArray, signal: ComplexArray) -> ComplexArray:
@@ -202,7 +250,7 @@ def _strongest(
     return at(signal, u, delay, doppler, known), passed.astype(bool)
 
 
-def _some(known: Receiver, trials: slice) -> Receiver:
+def _some(known: Receiver, trials: slice | IntArray) -> Receiver:
     streams, precoder, gram = known.streams[trials], known.precoder[trials], known.gram[trials]
     return known._replace(streams=streams, precoder=precoder, gram=gram)
 

@@ -1,4 +1,4 @@
-"""Compression of a signal on the grid of a waveform into a map over delay and Doppler."""
+"""Matched filter, Eq. (13): a signal on a waveform's grid compressed over delay and Doppler."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ import numpy as np
 from echobeam.physics.array import LinearArray
 from echobeam.physics.waveform import Waveform
 from echobeam.sensing.directions import rates, steering, visible
-from echobeam.values import Array, ComplexArray
+from echobeam.values import Array, ComplexArray, IntArray
 
 ROUNDS = 8
 _BOUND = 0.5
@@ -34,6 +34,24 @@ class Point(NamedTuple):
     doppler: Array
     amplitude: ComplexArray
     statistic: Array
+
+    def of(self, trials: IntArray) -> Point:
+        """Return the points of some trials."""
+        return Point(
+            self.u[trials], self.delay[trials], self.doppler[trials], self.amplitude[trials],
+            self.statistic[trials],
+        )  # fmt: skip
+
+    def replaced(self, trials: IntArray, better: Point) -> Point:
+        """Return the points with those of some trials replaced."""
+        whole = Point(
+            self.u.copy(), self.delay.copy(), self.doppler.copy(), self.amplitude.copy(),
+            self.statistic.copy(),
+        )  # fmt: skip
+        whole.u[trials], whole.delay[trials] = better.u, better.delay
+        whole.doppler[trials], whole.amplitude[trials] = better.doppler, better.amplitude
+        whole.statistic[trials] = better.statistic
+        return whole
 
 
 class Receiver(NamedTuple):

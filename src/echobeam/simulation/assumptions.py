@@ -11,6 +11,7 @@ import numpy as np
 from echobeam.physics.array import LinearArray
 from echobeam.physics.measurement import closing_speed
 from echobeam.scenario.model import Scenario
+from echobeam.simulation.grid import waveform_of
 from echobeam.simulation.link_budget import ObjectBudget, PowerScale, far_field
 from echobeam.simulation.world import World
 from echobeam.units import SPEED_OF_LIGHT
@@ -271,6 +272,8 @@ def _angle_migration(scenario: Scenario, motion: Extremes) -> Assumption:
 def _doppler(scenario: Scenario, motion: Extremes) -> Assumption:
     doppler = _largest_doppler(scenario, motion)
     limit, by_slots = scenario.radar.bandwidth / 2.0, 1.0 / (2.0 * scenario.frame.slot)
+    if scenario.radar.model == "signal":
+        limit = waveform_of(scenario.radar).unambiguous_doppler
     return Assumption(
         "unambiguous Doppler",
         f"Dopplers are up to {_hertz(doppler)}; within a pulse they are unambiguous up to "

@@ -53,7 +53,8 @@ def receive(
         variance = echoes.variance
     else:
         here = expected_state(echoes.value, prior, label)
-        variance = np.where(measured, law.variance(sent, here), np.inf)
+        snr = law.snr(sent, here) * echoes.strength
+        variance = np.where(measured, law.variance(sent, here, snr), np.inf)
     valid = np.asarray(measured.any(axis=-1))
     freeze(value, variance, valid)
     return Detections(value, variance, valid, label)

@@ -9,7 +9,7 @@ the threshold count.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -58,7 +58,7 @@ class SensingCheck(Brief):
     total
         ``(n,)`` dB: the same after the receive array.
     rmse
-        Of each quantity and estimator ``(n,)``.
+        Of each quantity and estimator ``(n,)``; NaN of the angle with a single antenna.
     bound
         Of each version of the bound and quantity ``(n,)``.
     detected
@@ -67,7 +67,7 @@ class SensingCheck(Brief):
         ``(m,)`` rad: of two objects of one delay and Doppler.
     resolved
         Of each estimator of the angle ``(m,)``: share of trials in which both objects are found
-        within half of their separation.
+        within half of their separation; NaN with a single antenna.
     trials
         Number of trials.
     """
@@ -151,7 +151,12 @@ class _Setup:
         self.arrays, self.receivers = (law.transmitter, law.receiver), law.receiver.n
         self.wave: Waveform = waveform_of(radar)
         self.processing = Processing(radar.filter, radar.cfar, radar.false_alarm)
+        self.estimators: dict[str, Processing] = {
+            "glrt": self.processing,
+            "capon": replace(self.processing, angle="capon"),
+        }
         self.noise = element_noise(radar)
+        self.sees_angle = max(law.transmitter.n, law.receiver.n) > 1
         self.step = trials_at_once(radar, max(law.receiver.n, law.transmitter.n))
         state = self.world.state[0, self.world.present][0]
         uav = self.world.uav
@@ -193,8 +198,11 @@ class _Setup:
         truth, count = self.ideal, len(trials)
         near = np.full(count, truth[0])
         angles = {"glrt": found.angle[:, 0], "capon": by_capon[:, 0]}
+        blind = not self.sees_angle
         return {
-            f"angle {name}": mirrored(known.receiver, angle, near) - truth[0]
+            f"angle {name}": np.full(count, np.nan)
+            if blind
+            else mirrored(known.receiver, angle, near) - truth[0]
             for name, angle in angles.items()
         } | {
             "delay": found.delay[:, 0] - truth[1],
@@ -210,13 +218,15 @@ class _Setup:
     def resolved(self, beams: float) -> dict[str, float]:
         """Return the share of trials in which each estimator finds both of two objects."""
         angles = np.array(self._pair(beams))
-        hits: dict[str, list[BoolArray]] = {"glrt": [], "capon": []}
+        if not self.sees_angle:
+            return dict.fromkeys(self.estimators, np.nan)
+        hits: dict[str, list[BoolArray]] = {name: [] for name in self.estimators}
         for first in range(0, self.trials, self.step):
             trials = range(first, min(first + self.step, self.trials))
             signal, known = self._signal(trials, RESOLUTION_TOTAL, angles[None], self.everywhere)
-            found = find_echoes(signal, known, 2, self.processing)
-            hits["glrt"].append(_both(found.angle, found, angles, known))
-            hits["capon"].append(_both(angle_by_capon(signal, found, known), found, angles, known))
+            for name, estimator in self.estimators.items():
+                found = find_echoes(signal, known, 2, estimator)
+                hits[name].append(_both(found, angles, known))
         return {name: float(np.mean(np.concatenate(one))) for name, one in hits.items()}
 
     def _pair(self, beams: float) -> tuple[float, float]:
@@ -264,9 +274,9 @@ def _repeated(sent: Transmission, count: int) -> Transmission:
     )
 
 
-def _both(angle: Array, found: Echo, truth: Array, known: Receiver) -> BoolArray:
+def _both(found: Echo, truth: Array, known: Receiver) -> BoolArray:
     """Return in which trials both objects are found within half of their separation."""
-    u, wanted = known.receiver.frequency(angle), known.receiver.frequency(truth)
+    u, wanted = known.receiver.frequency(found.angle), known.receiver.frequency(truth)
     within = 0.5 * abs(wanted[0] - wanted[1])
     off = np.abs(u[..., None] - wanted) <= within
     straight, crossed = off[:, 0, 0] & off[:, 1, 1], off[:, 0, 1] & off[:, 1, 0]

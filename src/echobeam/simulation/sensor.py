@@ -30,6 +30,9 @@ class Echoes:
         ``(T, K, M)`` rad, s, Hz; NaN where nothing was measured.
     variance
         ``(T, K, M)``: with which nature drew them; infinite where nothing was measured.
+    strength
+        ``(T or 1, K)``: power of the echo over its mean, 1 unless it fluctuates; the receiver sees
+        it.
     reported
         ``(T, K, M)``: that the receiver states itself, where it processes a signal; else None, and
         the UAV evaluates the bound.
@@ -38,6 +41,7 @@ class Echoes:
     snr: Array
     value: Array
     variance: Array
+    strength: Array
     reported: Array | None = None
 
 
@@ -49,7 +53,8 @@ def sense(world: World, decision: Decision) -> Echoes:
     """
     sent, law, scenario = decision.sent, world.scene.law, world.scene.scenario
     amplitude = _fluctuation(world)
-    snr = law.snr(sent, world.state) * np.abs(amplitude) ** 2
+    strength = np.abs(amplitude) ** 2
+    snr = law.snr(sent, world.state) * strength
     asked = world.addressed(decision) & decision.sensed[:, None, :]
     processed = np.asarray(asked.any(axis=-1))
     variance = law.variance(sent, world.state, snr)
@@ -57,10 +62,10 @@ def sense(world: World, decision: Decision) -> Echoes:
     if scenario.radar.model == "signal":
         value, reported = measure_signal(world, sent, amplitude, processed)
         missed = ~np.isfinite(value)
-        return Echoes(snr, value, np.where(missed, np.inf, variance), reported)
+        return Echoes(snr, value, np.where(missed, np.inf, variance), strength, reported)
     measured: BoolArray = np.isfinite(variance)
     if not measured.any():
-        return Echoes(snr, np.full(variance.shape, np.nan), variance)
+        return Echoes(snr, np.full(variance.shape, np.nan), variance, strength)
     luck = object_normals(
         world.seed, world.trials, world.slot, Use.MEASUREMENT, world.identity, variance.shape[-1]
     )
@@ -68,7 +73,7 @@ def sense(world: World, decision: Decision) -> Echoes:
     angle, distance, velocity = np.moveaxis(world.state, -1, 0)
     uav = world.uav
     ideal = measure(angle, distance, velocity, uav.speed, uav.heading, scenario.radio.carrier)
-    return Echoes(snr, np.where(measured, ideal + noise, np.nan), variance)
+    return Echoes(snr, np.where(measured, ideal + noise, np.nan), variance, strength)
 
 
 def _fluctuation(world: World) -> ComplexArray:

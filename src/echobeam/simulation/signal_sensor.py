@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.physics.bounds import effective_variance, measurement_variance
+from echobeam.physics.array import LinearArray
 from echobeam.physics.echo import reflection_coefficient
 from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
 from echobeam.physics.measurement import measure
@@ -31,11 +31,14 @@ of some ten arrays."""
 SPARE = 2
 """Echoes that are looked for beyond the objects where the ground or the transmitter echoes too."""
 
-PATCHES, PATCH = 60, 10.0
+PATCHES, PATCH = 150, 2.0
 """Patches of ground along the road below the UAV, and their length, m."""
 
 GATE = 1.5
 """Resolution cells of delay, Doppler and direction within which an echo is an object's."""
+
+UNRESOLVED = 0.6
+"""Resolution cells below which two objects have no echoes of their own."""
 
 
 def trials_at_once(radar: RadarTable, antennas: int) -> int:
@@ -73,9 +76,7 @@ def measure_signal(
     for first in range(0, trials, step):
         some = slice(first, first + step)
         found, truth = _of_some(world, _part(sent, some), state[some], spread[some], some)
-        value[some], variance[some] = _labelled(
-            world, _part(sent, some), found, truth, processed[some]
-        )
+        value[some], variance[some] = _labelled(world, found, truth, processed[some])
     return value, variance
 
 
@@ -140,9 +141,7 @@ def _surroundings(world: World, trials: range) -> list[Scatterers]:
     ]
 
 
-def _labelled(
-    world: World, sent: Transmission, found: Echo, truth: Array, processed: BoolArray
-) -> tuple[Array, Array]:
+def _labelled(world: World, found: Echo, truth: Array, processed: BoolArray) -> tuple[Array, Array]:
     """Return each object's echo and its stated variance: nearest pairs first, within a cell."""
     law, wave = world.scene.law, waveform_of(world.scene.scenario.radar)
     u = law.receiver.frequency(truth[..., 0])
@@ -157,7 +156,7 @@ def _labelled(
     inside = (np.abs(off) <= GATE).all(axis=0) & processed[..., None] & found.valid[:, None]
     cost = np.where(inside, np.sum(off**2, axis=0), np.inf)  # (T, K, D)
     value = np.full(truth.shape, np.nan)
-    snr = np.zeros(truth.shape[:-1])
+    variance = np.full(truth.shape, np.inf)
     rows = np.arange(len(cost))
     for _ in range(min(cost.shape[1:])):
         flat = cost.reshape(len(cost), -1)
@@ -166,14 +165,34 @@ def _labelled(
         angle = mirrored(law.receiver, found.angle[rows, d], truth[rows, k, 0])
         measured = np.stack([angle, found.delay[rows, d], found.doppler[rows, d]], axis=-1)
         value[rows[taken], k[taken]] = measured[taken]
-        snr[rows[taken], k[taken]] = found.snr[rows[taken], d[taken]]
+        variance[rows[taken], k[taken]] = found.variance[rows[taken], d[taken]]
         cost[rows, k, :] = np.inf
         cost[rows, :, d] = np.inf
-    bound = measurement_variance(
-        sent, np.where(np.isfinite(value[..., 0]), value[..., 0], 0.0), snr / law.receiver.n,
-        law.transmitter, law.receiver, crb="exact",
-        bandwidth=float(wave.effective_bandwidth), pulse_length=float(wave.effective_duration),
-    )  # fmt: skip
-    variance = effective_variance(bound, snr)
-    value = np.where(np.isfinite(variance), value, np.nan)
+    merged = _merged(truth * [1.0, wave.bandwidth, wave.duration], u, law.receiver, value)
+    value = np.where(np.isfinite(variance) & ~merged[..., None], value, np.nan)
     return value, np.where(np.isfinite(value), variance, np.inf)
+
+
+def _merged(cells: Array, u: Array, receiver: LinearArray, value: Array) -> BoolArray:
+    """Return which objects ``(T, K)`` share their echo with another one.
+
+    They are in one cell, and the other has no echo of its own, or they are nearly at one place.
+    Somebody who says whose an echo is says so: it measures neither.
+
+    Parameters
+    ----------
+    cells
+        ``(T, K, 3)``: delay and Doppler in resolution cells in the last two.
+    u
+        ``(T, K)``.
+    receiver
+        The receive array.
+    value
+        ``(T, K, 3)``: NaN without an echo.
+    """
+    places = np.stack([u * receiver.n * receiver.spacing, cells[..., 1], cells[..., 2]], axis=-1)
+    apart = np.abs(places[..., :, None, :] - places[..., None, :, :]).max(axis=-1)
+    apart = np.where(np.eye(apart.shape[-1], dtype=np.bool_), np.inf, apart)
+    alone = np.isnan(value[..., None, :, 0])
+    merged: BoolArray = np.any((apart < UNRESOLVED) | ((apart < 1.0) & alone), axis=-1)
+    return merged
