@@ -108,7 +108,7 @@ def test_describe_in_words_and_as_json(tmp_path):
     assert max(map(len, text.splitlines())) <= 105
     near = ("--set", "array.n_tx=256", "--set", 'radio.carrier="28 GHz"')
     text = echobeam("describe", "paper-single", *near).stdout
-    assert "WARNING far field: waves are plane from 2 D^2 / lambda = 348 m on" in text
+    assert "WARNING far field: wavefronts are plane beyond 2 D^2 / lambda = 348 m" in text
     own = ("--set", "schemes.temporal.ripple=1")
     assert "temporal (ripple=1), pilot" in echobeam("describe", "paper-multi", *own).stdout
     document = json.loads(echobeam("describe", "paper-multi", "--json").stdout)

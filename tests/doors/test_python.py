@@ -111,7 +111,7 @@ def test_a_fault_has_the_shells_message(shells, pythons):
 def test_arguments_that_only_python_has_are_checked():
     assert "give only one of them" in told(eb.run, "paper-multi", scheme="omni", schemes=["omni"])
     assert "at least one" in told(eb.run, "paper-multi", schemes=[])
-    assert "simulate takes functions" in told(eb.run, "paper-multi", schemes=[len])
+    assert "simulate also accepts functions" in told(eb.run, "paper-multi", schemes=[len])
     assert "jobs: 0" in told(eb.run, "paper-multi", jobs=0)
     assert "jobs: True" in told(eb.simulate, "paper-multi", jobs=True)
     assert "jobs: 1.5" in told(eb.reproduce, "t1", jobs=1.5)
