@@ -118,6 +118,9 @@ def test_arguments_that_only_python_has_are_checked():
     assert "uav.height" in told(eb.run, "paper-multi", set={"uav.height": object()})
     assert "list of values" in told(eb.sweep, "paper-multi", {"uav.height": "80 m"})
     assert "nothing varies" in told(eb.sweep, "paper-multi", {})
+    assert "vary: None is not accepted" in told(eb.sweep, "paper-multi", None)
+    assert "vary 3: no key" in told(eb.sweep, "paper-multi", {3: [1, 2]})
+    assert "vary 'uav.height,': no key" in told(eb.sweep, "paper-multi", {"uav.height,": [1]})
     assert "exists already" in told(_twice)
 
 
@@ -195,6 +198,13 @@ def test_axes_are_the_texts_of_the_shell():
 
 
 @pytest.mark.slow
+def test_keys_that_vary_together_are_a_tuple_or_a_text_with_commas():
+    expected = [("array.n_tx", ("8", "16")), ("array.n_rx", ("8", "4"))]
+    for keys in (("array.n_tx", "array.n_rx"), "array.n_tx, array.n_rx"):
+        (read,) = axes_of({keys: [8, (16, 4)]})
+        assert list(read().columns) == expected
+
+
 def test_claims_are_those_of_the_file(tmp_path):
     claims = eb.reproduce("t4", trials=2, out=tmp_path / "mine")
     shell("reproduce", "t4", "--trials", 2, "--out", tmp_path / "shell", "--quiet")

@@ -70,4 +70,4 @@ def test_the_reading_of_a_long_trace_is_shown_unless_quiet(tmp_path):
     rows = as_csv(drive("a", 20.0, n=4000)).splitlines()
     text = "\n".join(f"{row},{pad}" for row in rows)
     assert "reading the trace" in run(tmp_path, text).stderr
-    assert "reading" not in run(tmp_path, text, "--quiet").stderr
+    assert "reading the trace" not in run(tmp_path, text, "--quiet").stderr
