@@ -214,6 +214,37 @@ def test_claims_are_those_of_the_file(tmp_path):
     assert (tmp_path / "mine" / "t4.png").is_file()
     assert "exists already" in told(eb.reproduce, ["t4"], trials=2, out=tmp_path / "mine")
     assert told(eb.reproduce, "t99") == told(shell, "reproduce", "t99")
+    assert "trials: 1 is not accepted" in told(eb.reproduce, "t4", trials=1)
+
+
+@pytest.mark.parametrize("word", ["format", "formats"])
+def test_pictures_formats_are_a_list_or_the_shells_text(word, tmp_path):
+    for given in ("png, pdf", ["png", "pdf"]):
+        eb.reproduce("t4", trials=2, out=tmp_path / "r", force=True, **{word: given})
+        assert {path.suffix for path in (tmp_path / "r").glob("t4.*")} >= {".png", ".pdf"}
+        (tmp_path / "r" / "t4.pdf").unlink()
+    assert "accepted: png, pdf, svg" in told(eb.reproduce, "t4", **{word: "bmp"})
+    assert "give one of the two" in told(eb.reproduce, "t4", format="png", formats="png")
+
+
+def test_a_description_takes_what_the_command_takes(tmp_path):
+    (tmp_path / "t.csv").write_text("t,id,x,y\n0,a,0,0\n1,a,20,0\n2,a,40,0\n")
+    given = {"uav.height": "80 m", "frame.frames": 1}
+    document = json.loads(
+        shell("describe", "traffic", "--set", "uav.height=80 m", "--set", "frame.frames=1",
+              "--trace", "t.csv", "--json")
+    )  # fmt: skip
+    mine = eb.describe("traffic", set=given, trace="t.csv")
+    assert mine.scenario.uav.height == 80.0
+    assert mine.scenario.trace.file == str(tmp_path / "t.csv")
+    assert len(mine.objects) == len(document["objects"]) == 1
+    assert mine.objects[0].snr == document["objects"][0]["snr"]
+    assert "uav.hight" in told(eb.describe, "traffic", set={"uav.hight": 1})
+
+
+@pytest.mark.parametrize("value", ["uav.height=80", None, [1]])
+def test_a_scenario_is_replaced_by_keys_and_values_alone(value):
+    assert "dotted keys and their values" in told(eb.load_scenario("paper-single").replace, value)
 
 
 def test_a_summary_has_the_figures_of_the_shells_json():
