@@ -198,6 +198,12 @@ def test_axes_are_the_texts_of_the_shell():
 
 
 @pytest.mark.slow
+def test_the_names_of_one_object_are_a_list_as_well():
+    """`identity` is an index into them."""
+    with eb.run("paper-single", scheme="omni", trials=1, out="r.nc") as result:
+        assert list(result.attrs["names"]) == eb.simulate("paper-single", "omni", 1).attrs["names"]
+
+
 def test_keys_that_vary_together_are_a_tuple_or_a_text_with_commas():
     expected = [("array.n_tx", ("8", "16")), ("array.n_rx", ("8", "4"))]
     for keys in (("array.n_tx", "array.n_rx"), "array.n_tx, array.n_rx"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import logging
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable
@@ -137,9 +138,15 @@ def _settle() -> None:
         os.environ.setdefault(name, "1")
     os.environ["MPLBACKEND"] = "agg"  # pictures go to files; a notebook's may not be installed
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts
+    signal.signal(signal.SIGTERM, _interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal of few letters, a file of odd bytes
             stream.reconfigure(errors="backslashreplace")
+
+
+def _interrupt(*_: object) -> None:
+    """End as Ctrl-C does: a batch system asks so, and what is finished is kept and said."""
+    raise KeyboardInterrupt
 
 
 def _fail(message: str, status: int) -> None:

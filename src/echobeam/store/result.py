@@ -181,6 +181,8 @@ def open_any(path: str | Path) -> xr.Dataset:
         result = xr.open_dataset(path, engine="h5netcdf")
     except (OSError, ValueError, KeyError) as error:
         raise StoreError(f"{path}: not a NetCDF-4 file: {error}") from None
+    if isinstance(result.attrs.get("names"), str):  # HDF5 gives back a list of one as a text
+        result.attrs["names"] = [result.attrs["names"]]
     if VARY in result.attrs:
         return result
     misfit = _misfit(result)
