@@ -134,7 +134,7 @@ def test_noisy_positions_are_no_jumps(tmp_path):
         for r in drive("a", 15.0, n=101, step=1.0)
     ]
     found = read(tmp_path, as_csv(rows), seconds=100.0)
-    assert found.notes == []
+    assert [note for note in found.notes if "tremble" not in note] == []
     assert found.times("a").size == 1001
 
 

@@ -22,6 +22,7 @@ from echobeam.traces.sample import SHORTEST_STEP, TraceWarning, fault
 from echobeam.traces.service import TraceMotion, serve
 from echobeam.traces.source import read_samples
 from echobeam.traces.survey import Survey, extent_on, survey_trace
+from echobeam.traces.tremble import trembling
 from echobeam.values import Array
 
 
@@ -90,7 +91,8 @@ def load_motion(
     visits = unbroken(again, {}) if survey.broken else whole(again)
     samples = collect(visits, survey.road, window, off, _context(survey))
     repaired = repair(samples, survey)
-    for note in (*survey.notes, *_notes(survey, off), *repaired.notes):
+    trembles = trembling(repaired.samples)
+    for note in (*survey.notes, *_notes(survey, off), *repaired.notes, *trembles):
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
     sightings = sight(repaired.samples, clock)
     sightings = replace(sightings, position=sightings.position - zero)
