@@ -1,9 +1,9 @@
-"""Positions that tremble: told where the motion is no vehicle's, and nowhere else."""
+"""Positions that jitter: left out where the motion is no vehicle's, and nowhere else."""
 
 import numpy as np
 import pytest
 
-from echobeam.traces.tremble import trembling
+from echobeam.traces.jitter import without_jitter
 
 from .test_traces_motion import road_samples
 
@@ -17,14 +17,19 @@ def car(noise, seed, v=20.0, a=0.0):
 
 
 @pytest.mark.parametrize("speeds", [True, False], ids=["speeds given", "speeds absent"])
-def test_a_receivers_errors_are_told_with_the_worst_vehicle(speeds):
+def test_vehicles_with_a_receivers_errors_are_left_out(speeds):
     tracks = [car(0.0, 0), car(0.3, 1), car(1.0, 2)]
     if speeds:
         tracks = [(*track, np.full(TIMES.size, 20.0)) for track in tracks]
-    (note,) = trembling(road_samples(*tracks))
-    assert note.startswith("the positions of 2 of 3 vehicles tremble")
-    assert "most those of '2'" in note
-    assert "smooth the positions" in note
+    found = without_jitter(road_samples(*tracks))
+    assert found.note.startswith("the positions of 2 of 3 vehicles jitter, most those of '2'")
+    assert "smooth the positions" in found.note
+    assert set(found.samples.vehicle) == {0}
+    assert not found.nobody
+
+
+def test_nobody_is_left_where_all_jitter():
+    assert without_jitter(road_samples(car(1.0, 2), car(1.0, 3))).nobody
 
 
 @pytest.mark.parametrize(
@@ -40,8 +45,9 @@ def test_a_receivers_errors_are_told_with_the_worst_vehicle(speeds):
     ids=["accelerates", "rounded", "seldom seen", "stops at once", "stands", "few samples"],
 )
 def test_motion_of_vehicles_is_not(track):
-    assert list(trembling(road_samples(track))) == []
+    samples = road_samples(track)
+    assert without_jitter(samples) == (samples, "", False)
 
 
-def test_no_samples_do_not_tremble():
-    assert list(trembling(road_samples(([], [])))) == []
+def test_no_samples_do_not_jitter():
+    assert without_jitter(road_samples(([], []))).note == ""
