@@ -146,6 +146,7 @@ def test_any_setting_arrives_as_it_was_given():
     assert "rcs = [100.0, 120.0]" in text
 
 
+@pytest.mark.slow
 def test_a_sweep_is_the_shells_number_for_number():
     shell("sweep", "paper-single", *SHELL, "--vary", "radio.power=0.1,1", "--vary",
           "array.n_tx=8,16", "--trials", 3, "--out", "shell.nc", "--csv", "shell.csv")  # fmt: skip
@@ -223,6 +224,7 @@ def test_claims_are_those_of_the_file(tmp_path):
     assert "trials: 1 is not accepted" in told(eb.reproduce, "t4", trials=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("word", ["format", "formats"])
 def test_pictures_formats_are_a_list_or_the_shells_text(word, tmp_path):
     for given in ("png, pdf", ["png", "pdf"]):
