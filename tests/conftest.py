@@ -2,10 +2,18 @@
 
 So a verdict is about the code and not about the machine's load or a draw; `pytest
 --hypothesis-profile explore` draws anew.
+
+A shell starts background jobs with interruptions ignored, and processes inherit that: tests of
+interruptions have to undo it.
 """
+
+import signal
 
 from hypothesis import settings
 
 settings.register_profile("fixed", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None)
 settings.load_profile("fixed")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)

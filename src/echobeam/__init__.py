@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from echobeam.beamforming.answer import BeamAnswer
     from echobeam.beamforming.design import design_beams
     from echobeam.beamforming.problem import BeamProblem, ProblemError
+    from echobeam.commands.describe import describe
     from echobeam.commands.plot import plot
     from echobeam.commands.reproduce import reproduce
     from echobeam.commands.run import run
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from echobeam.schemes.doors import scheme
     from echobeam.schemes.parts import Beamer, Frame, SchemeOfParts, Tracker
     from echobeam.schemes.registry import schemes
-    from echobeam.simulation.description import Description, describe
+    from echobeam.simulation.description import Description
     from echobeam.simulation.loop import SlotRecord
     from echobeam.simulation.run import slots
     from echobeam.simulation.sensing_check import SensingCheck
@@ -83,7 +84,7 @@ _HOME = {
     "Transmission": "values",
     "UavState": "values",
     "View": "schemes.base",
-    "describe": "simulation.description",
+    "describe": "commands.describe",
     "design_beams": "beamforming.design",
     "load_scenario": "scenario.load",
     "plot": "commands.plot",

@@ -61,6 +61,7 @@ def test_a_scheme_of_ones_own_is_examined_and_compared(run, tmp_path: Path) -> N
     assert is_png(tmp_path / "own_scheme.png")
 
 
+@pytest.mark.slow
 def test_a_trace_becomes_a_map(run, tmp_path: Path) -> None:
     rows = [f"{t},a,{-20 + 20 * t},0\n{t},b,{40 - 10 * t},3\n" for t in range(4)]
     (tmp_path / "two.csv").write_text("t,id,x,y\n" + "".join(rows), encoding="utf-8")

@@ -118,6 +118,9 @@ def test_arguments_that_only_python_has_are_checked():
     assert "uav.height" in told(eb.run, "paper-multi", set={"uav.height": object()})
     assert "list of values" in told(eb.sweep, "paper-multi", {"uav.height": "80 m"})
     assert "no key varies" in told(eb.sweep, "paper-multi", {})
+    assert "vary: None is not accepted" in told(eb.sweep, "paper-multi", None)
+    assert "vary 3: no key" in told(eb.sweep, "paper-multi", {3: [1, 2]})
+    assert "vary 'uav.height,': no key" in told(eb.sweep, "paper-multi", {"uav.height,": [1]})
     assert "exists already" in told(_twice)
 
 
@@ -143,6 +146,7 @@ def test_any_setting_arrives_as_it_was_given():
     assert "rcs = [100.0, 120.0]" in text
 
 
+@pytest.mark.slow
 def test_a_sweep_is_the_shells_number_for_number():
     shell("sweep", "paper-single", *SHELL, "--vary", "radio.power=0.1,1", "--vary",
           "array.n_tx=8,16", "--trials", 3, "--out", "shell.nc", "--csv", "shell.csv")  # fmt: skip
@@ -195,6 +199,19 @@ def test_axes_are_the_texts_of_the_shell():
 
 
 @pytest.mark.slow
+def test_the_names_of_one_object_are_a_list_as_well():
+    """`identity` is an index into them."""
+    with eb.run("paper-single", scheme="omni", trials=1, out="r.nc") as result:
+        assert list(result.attrs["names"]) == eb.simulate("paper-single", "omni", 1).attrs["names"]
+
+
+def test_keys_that_vary_together_are_a_tuple_or_a_text_with_commas():
+    expected = [("array.n_tx", ("8", "16")), ("array.n_rx", ("8", "4"))]
+    for keys in (("array.n_tx", "array.n_rx"), "array.n_tx, array.n_rx"):
+        (read,) = axes_of({keys: [8, (16, 4)]})
+        assert list(read().columns) == expected
+
+
 def test_claims_are_those_of_the_file(tmp_path):
     claims = eb.reproduce("t4", trials=2, out=tmp_path / "mine")
     shell("reproduce", "t4", "--trials", 2, "--out", tmp_path / "shell", "--quiet")
@@ -204,6 +221,38 @@ def test_claims_are_those_of_the_file(tmp_path):
     assert (tmp_path / "mine" / "t4.png").is_file()
     assert "exists already" in told(eb.reproduce, ["t4"], trials=2, out=tmp_path / "mine")
     assert told(eb.reproduce, "t99") == told(shell, "reproduce", "t99")
+    assert "trials: 1 is not accepted" in told(eb.reproduce, "t4", trials=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("word", ["format", "formats"])
+def test_pictures_formats_are_a_list_or_the_shells_text(word, tmp_path):
+    for given in ("png, pdf", ["png", "pdf"]):
+        eb.reproduce("t4", trials=2, out=tmp_path / "r", force=True, **{word: given})
+        assert {path.suffix for path in (tmp_path / "r").glob("t4.*")} >= {".png", ".pdf"}
+        (tmp_path / "r" / "t4.pdf").unlink()
+    assert "accepted: png, pdf, svg" in told(eb.reproduce, "t4", **{word: "bmp"})
+    assert "give one of the two" in told(eb.reproduce, "t4", format="png", formats="png")
+
+
+def test_a_description_takes_what_the_command_takes(tmp_path):
+    (tmp_path / "t.csv").write_text("t,id,x,y\n0,a,0,0\n1,a,20,0\n2,a,40,0\n")
+    given = {"uav.height": "80 m", "frame.frames": 1}
+    document = json.loads(
+        shell("describe", "traffic", "--set", "uav.height=80 m", "--set", "frame.frames=1",
+              "--trace", "t.csv", "--json")
+    )  # fmt: skip
+    mine = eb.describe("traffic", set=given, trace="t.csv")
+    assert mine.scenario.uav.height == 80.0
+    assert mine.scenario.trace.file == str(tmp_path / "t.csv")
+    assert len(mine.objects) == len(document["objects"]) == 1
+    assert mine.objects[0].snr == document["objects"][0]["snr"]
+    assert "uav.hight" in told(eb.describe, "traffic", set={"uav.hight": 1})
+
+
+@pytest.mark.parametrize("value", ["uav.height=80", None, [1]])
+def test_a_scenario_is_replaced_by_keys_and_values_alone(value):
+    assert "dotted keys and their values" in told(eb.load_scenario("paper-single").replace, value)
 
 
 def test_a_summary_has_the_figures_of_the_shells_json():

@@ -88,6 +88,15 @@ def test_other_ways_to_fail_are_one_message(place, name, words):
     assert said.count("\n") == 1
 
 
+def test_a_batch_systems_signal_is_an_interruption(place):
+    (place / "asked.py").write_text(
+        "import os, signal\n\ndef to_end(prior, view):\n    os.kill(os.getpid(), signal.SIGTERM)\n"
+    )
+    done = process("run", "paper-single", "--scheme", "asked.py:to_end", "--quiet", cwd=place)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "interrupted; 0 of 2 blocks are stored" in done.stderr
+
+
 @pytest.mark.slow
 def test_another_process_says_the_same(place):
     arguments = ["run", "paper-single", "--scheme", "mine.py:mine", "--trials", 300]

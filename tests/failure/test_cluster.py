@@ -117,7 +117,7 @@ def test_what_listens_and_is_no_scheduler_is_one_message(tmp_path, monkeypatch, 
     monkeypatch.setattr("echobeam.store.cluster.PATIENCE", 5.0)
     with (
         listening(answer) as port,
-        pytest.raises(ClusterError, match=r"no Dask scheduler.*8786, and 8787"),
+        pytest.raises(ClusterError, match=r"no Dask scheduler.*8786, the dashboard's 8787"),
     ):
         record(recording(tmp_path / "r.nc", workers=Workers(dask=f"tcp://127.0.0.1:{port}")))
     assert not list(tmp_path.iterdir())

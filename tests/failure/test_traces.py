@@ -241,6 +241,18 @@ def test_unknown_formats(tmp_path, content, name):
     assert "accepted are SUMO FCD XML and CSV with the header t,id,x,y" in text
 
 
+@pytest.mark.parametrize("content", [XML, CSV], ids=["xml", "csv"])
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_text_of_two_bytes_a_letter_is_named(tmp_path, content, encoding):
+    assert "not UTF-8 text (UTF-16?)" in message_of(tmp_path, content.encode(encoding))
+    assert "holds zero bytes" in message_of(tmp_path, CSV[:20] + "\0" + CSV[20:])
+
+
+def test_an_encoding_that_nobody_knows(tmp_path):
+    content = '<?xml version="1.0" encoding="klingon"?>\n' + XML
+    assert ", line 1: unknown encoding: klingon; accepted is UTF-8" in message_of(tmp_path, content)
+
+
 @pytest.mark.parametrize("document", [BOMB, '<!DOCTYPE f SYSTEM "file:///etc/passwd">' + XML])
 def test_document_types_are_refused_before_any_entity_expands(tmp_path, document):
     assert "document type" in message_of(tmp_path, document)

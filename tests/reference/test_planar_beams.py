@@ -87,6 +87,7 @@ def drawn(seed: int, polarisations: int = 1) -> eb.BeamProblem:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "cover", "ripple"),
     [
@@ -225,6 +226,7 @@ def test_a_line_of_elements_is_a_linear_array():
     assert second.objective == pytest.approx(first.objective, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_the_relaxation_bounds_what_the_direct_solver_finds():
     problem = alone(eb.PlanarArray(8, 8), ellipse(4, 2.8), 0.1)
     relaxed, direct = eb.design_beams(problem, method="sdp"), eb.design_beams(problem)

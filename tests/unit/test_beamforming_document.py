@@ -133,8 +133,8 @@ def test_the_answer_is_strict_json_with_the_promised_keys() -> None:
     text = json.dumps(document, allow_nan=False)
     assert json.loads(text) == document
     assert list(document) == [
-        "beams_re", "beams_im", "rates", "objective", "upper_bound", "gap", "status", "message",
-        "max_violation", "seconds", "iterations",
+        "beams_re", "beams_im", "rates", "objective", "upper_bound", "gap", "status", "outcome",
+        "message", "max_violation", "seconds", "iterations",
     ]  # fmt: skip
     assert list(document["max_violation"]) == ["power", "rate", "coverage"]
     assert np.array(document["beams_re"]).shape == np.array(document["beams_im"]).shape == (2, 8)

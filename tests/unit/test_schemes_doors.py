@@ -36,6 +36,16 @@ def raising(prior, view):
 def shapeless(prior, view):
     return np.zeros(7)
 
+def endless(prior, view):
+    return 1e200 * my_function(prior, view)
+
+def narrow(prior):
+    return 0
+
+class Shy:
+    def __call__(self):
+        return 0
+
 number = 7
 """
 
@@ -73,6 +83,7 @@ def test_unserved_objects_have_rate_zero(file):
     ("name", "word"),
     [
         ("loud", "radiates"),
+        ("endless", "radiates inf"),
         (
             "raising",
             r"mine.py, line 22, in raising: KeyError: 'no such thing' "
@@ -90,7 +101,10 @@ def test_a_scheme_that_breaks_the_rules_is_named(file, name, word):
     ("name", "word"),
     [
         ("{file}:nothing", "no scheme or object 'nothing'"),
-        ("{file}:number", "not a scheme"),
+        ("{file}:number", r"mine.py:number: 7 is not a scheme"),
+        ("{file}:narrow", r"mine.py, line 30: scheme 'narrow' is called with \(prior, view\): too"),
+        ("{file}:Shy", r"scheme 'Shy' is called with \(prior, view\): too many"),
+        ("mine.py", "of a file the scheme's name too, mine.py:NAME"),
         ("nowhere.py:x", "no such file"),
         ("temproal", "did you mean 'temporal'"),
         ("", "unknown scheme"),

@@ -124,7 +124,7 @@ def test_what_does_not_vary_is_refused(text):
 
 def swept_values(source, key, *texts):
     """Return the coordinate of a grid with one axis that is not run."""
-    points = Grid(source, (), (Varied(key, texts),)).points(("omni",), 1, ())
+    points = Grid(source, (), (Varied(key, texts),)).points(("omni",), None, ())
     return coordinate([point.scenario for point in points], key, texts)
 
 
@@ -173,7 +173,7 @@ def test_values_that_the_scenario_reads_alike_are_refused(key, texts):
         f"--vary {key}: a value is given twice, as {first} and as {last}; give each value once"
     )
     with pytest.raises(SweepError, match=f"^{re.escape(message)}$"):
-        Grid("paper-single", (), axes).points(("omni",), 1, ())
+        Grid("paper-single", (), axes).points(("omni",), None, ())
 
 
 def test_every_axis_of_a_product_has_its_own_values():
@@ -254,6 +254,31 @@ def test_grids_that_are_none():
         Grid("paper-single", (), (AXES[0], AXES[0])).points((), 1, ())
     with pytest.raises(ScenarioError, match=r"radio\.power"):
         Grid("paper-single", (), (Varied("radio.power", ("0",)),)).points((), 1, ())
+
+
+@pytest.mark.parametrize(
+    ("vary", "options", "words"),
+    [
+        ("trials=2,3", {"trials": 4}, "--vary trials: not together with --trials"),
+        ("schemes=[1],[2]", {"schemes": ("omni",)}, "--vary schemes: not together with --scheme"),
+        ("trace.file=a,b", {"trace": "t.csv"}, r"--vary trace\.file: not together with --trace"),
+        ("uav.height,trials=2,3", {"overrides": ("uav.height = 9",)}, "with --set uav.height"),
+    ],
+)
+def test_what_another_option_would_undo_is_refused(vary, options, words):
+    """The points would have been alike, under different labels."""
+    grid = Grid(
+        "paper-single", options.get("overrides", ()), (read_varied(vary),), options.get("trace")
+    )
+    with pytest.raises(SweepError, match=words):
+        grid.points(options.get("schemes", ()), options.get("trials"), ())
+
+
+def test_a_grid_of_millions_is_refused_at_once():
+    values = ",".join(map(str, range(1, 1001)))
+    axes = tuple(read_varied(f"{key}={values}") for key in ("radio.power", "uav.height"))
+    with pytest.raises(SweepError, match="1000000 points are too many; accepted are 100000"):
+        Grid("paper-single", (), axes).points((), None, ())
 
 
 def test_a_list_is_one_value():

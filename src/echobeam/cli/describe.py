@@ -46,11 +46,9 @@ def command(scenario: str, overrides: tuple[str, ...], trace: str | None, as_jso
     echobeam describe paper-single
     echobeam describe mine.toml --set radio.power=1000 --set array.n_tx=256 --json
     """
-    from echobeam.scenario.load import load_scenario
-    from echobeam.simulation.description import describe
+    from echobeam.commands.describe import describe
 
-    loaded = load_scenario(scenario, overrides)
-    description = describe(loaded if trace is None else loaded.with_trace(trace))
+    description = describe(scenario, set=overrides, trace=trace)
     click.echo(_json(description) if as_json else _text(description))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import logging
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable
@@ -137,12 +138,16 @@ def _prepare_process() -> None:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
     os.environ["MPLBACKEND"] = "agg"  # a notebook's backend may not be installed
-    logging.getLogger("matplotlib").setLevel(
-        logging.ERROR
-    )  # silences the messages of its font cache
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no messages of its font cache
+    signal.signal(signal.SIGTERM, _interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # not every terminal encodes every character
             stream.reconfigure(errors="backslashreplace")
+
+
+def _interrupt(*_: object) -> None:
+    """End as Ctrl-C does: a batch system asks so, and what is finished is kept and said."""
+    raise KeyboardInterrupt
 
 
 def _fail(message: str, status: int) -> None:

@@ -49,7 +49,7 @@ KINDS = (
 @click.option(
     "--slots",
     metavar="LIST",
-    help="Slots of the patterns, and the range of the other pictures, such as 2,4,10 or 1-50.",
+    help="Slots shown, such as 2,4,10 or 1-50; trajectories and forecasts take the range.",
 )
 @click.option("--x", metavar="KEY", help="Of a sweep: the key along the axis. Default: the first.")
 @click.option(

@@ -53,7 +53,7 @@ def plot(
     trial
         Trial of the patterns and trajectories, counted from 0 as in the file.
     slots
-        Slots of the patterns, and the range of the other pictures, counted from 1.
+        Slots shown, counted from 1; trajectories and forecasts take the range from first to last.
     x, quantity
         For a sweep: the key on the x axis and the quantity on the y axis, such as ``"outage"``.
     title

@@ -11,12 +11,16 @@ from typing import Any, SupportsIndex
 
 from echobeam.commands.asking import job_count
 from echobeam.commands.progress import Bar, interactive_bar
+from echobeam.faults import InputError
 from echobeam.plots.saving import picture_formats
 from echobeam.reproduction.records import Finding
 from echobeam.reproduction.run import QUICK_TRIALS, TRIALS, Reproduction
 from echobeam.reproduction.run import reproduce as draw_and_judge
 from echobeam.simulation.run import check_count
 from echobeam.store.workers import Workers
+
+FEWEST_TRIALS = 2
+"""Trials that have an interval, by which claims are judged."""
 
 
 def reproduce(
@@ -26,12 +30,13 @@ def reproduce(
     trials: SupportsIndex | None = None,
     quick: bool = False,
     seed: SupportsIndex = 0,
-    formats: Sequence[str] = ("png",),
+    formats: str | Sequence[str] | None = None,
     jobs: SupportsIndex = 1,
     dask: str | None = None,
     resume: bool = False,
     force: bool = False,
     quiet: bool = False,
+    format: str | Sequence[str] | None = None,
 ) -> list[dict[str, Any]]:
     """Reproduce the paper's figures and judge its claims: `echobeam reproduce`.
 
@@ -42,12 +47,12 @@ def reproduce(
     out
         Directory of pictures, data, ``claims.json`` and ``claims.md``.
     trials
-        Trials per point; 200 by default.
+        Trials per point, at least 2; 200 by default.
     quick
         A quick look: 20 trials per point.
-    formats
-        Formats of the pictures: some of ``png``, ``pdf`` and ``svg``; the latter two have no
-        captions.
+    formats, format
+        Formats of the pictures: some of ``png`` (the default), ``pdf`` and ``svg``, as a list or as
+        on the command line, ``"png,pdf"``; the latter two have no captions.
     seed, jobs, dask, resume, force, quiet
         As for `run`.
 
@@ -73,11 +78,23 @@ def reproduce(
         workers=Workers(job_count(jobs), dask),
         resume=resume,
         force=force,
-        formats=formats,
+        formats=_formats(formats, format),
         bar=partial(interactive_bar, quiet=quiet),
     )
     claims: list[dict[str, Any]] = json.loads((place / "claims.json").read_text("utf-8"))["claims"]
     return claims
+
+
+def _formats(
+    formats: str | Sequence[str] | None, format: str | Sequence[str] | None
+) -> Sequence[str]:
+    """Return the pictures' formats, given under either word."""
+    if formats is not None and format is not None:
+        raise InputError("formats and format are one; give one of the two")
+    asked = format if formats is None else formats
+    if asked is None:
+        return ("png",)
+    return asked.split(",") if isinstance(asked, str) else asked
 
 
 def record_figures(
@@ -97,7 +114,9 @@ def record_figures(
     count, seed = check_count(
         (QUICK_TRIALS if quick else TRIALS) if trials is None else trials, seed
     )
-    suffixes = picture_formats(formats)
+    if count < FEWEST_TRIALS:
+        raise InputError(f"trials: {count} is not accepted; expected {FEWEST_TRIALS} or more")
+    suffixes = picture_formats([suffix.strip() for suffix in formats])
     task = Reproduction(ids, out, count, seed, suffixes, workers, resume, force)
     with bar("reproduce") as progress:
         return draw_and_judge(task, progress)

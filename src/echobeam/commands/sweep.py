@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
@@ -58,9 +58,10 @@ def sweep(
         A scenario, a built-in scenario's name, or the path of a scenario file.
     vary
         Dotted keys with their values, ``{"array.n_tx": [16, 32], "radio.power": [1, 10]}``; several
-        make a product. A tuple of keys varies them together, each point a value for all or a tuple
-        with one for each, ``{("array.n_tx", "array.n_rx"): [16, (32, 30)]}``. Or texts as on the
-        command line, ``["array.n_tx=16,32"]``.
+        make a product. A tuple of keys, or a text of some with commas, varies them together, each
+        point a value for all or a tuple with one for each,
+        ``{("array.n_tx", "array.n_rx"): [16, (32, 30)]}``. Or texts as on the command line,
+        ``["array.n_tx=16,32"]``.
     csv
         Path of a CSV table of the quantities, if wanted.
     full
@@ -149,13 +150,22 @@ def axes_of(vary: Vary[Key]) -> list[Callable[[], Varied]]:
     """
     if isinstance(vary, str):
         return [partial(read_varied, vary)]
+    if not isinstance(vary, Mapping | Iterable):
+        raise InputError(
+            f"vary: {vary!r} is not accepted; expected keys and their values, such as "
+            '{"array.n_tx": [16, 32]}'
+        )
     if not isinstance(vary, Mapping):
         return [partial(read_varied, str(text)) for text in vary]
     return [_axis(key, values) for key, values in vary.items()]
 
 
-def _axis(key: Sequence[str], values: object) -> Callable[[], Varied]:
-    keys = (key,) if isinstance(key, str) else tuple(key)
+def _axis(key: str | Sequence[str], values: object) -> Callable[[], Varied]:
+    keys = tuple(part.strip() for part in key.split(",")) if isinstance(key, str) else key
+    if not isinstance(keys, tuple) or not all(isinstance(one, str) and one for one in keys):
+        raise InputError(
+            f"vary {key!r}: no key; expected a dotted text such as 'uav.height', or a tuple of some"
+        )
     name = ",".join(keys)
     listed = values.tolist() if isinstance(values, np.ndarray) else values
     if isinstance(listed, str | Mapping) or not hasattr(listed, "__iter__"):

@@ -91,7 +91,8 @@ def choose(mask: BoolArray, one: Transmission, other: Transmission) -> Transmiss
 
 def radiated_power(sent: Transmission) -> Array:
     """Return tr(C), what all antennas radiate together: ``(...)``, at most P_T by Eq. (38b)."""
-    beams = np.sum(np.abs(sent.beams) ** 2, axis=(-2, -1))
+    with np.errstate(over="ignore"):  # infinite power is more than is allowed, too
+        beams = np.sum(np.abs(sent.beams) ** 2, axis=(-2, -1))
     uncorrelated = np.sum(sent.antenna_power, axis=(-2, -1))
     total: Array = beams + uncorrelated + np.sum(sent.probing, axis=-1)
     return total

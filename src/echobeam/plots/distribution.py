@@ -19,7 +19,8 @@ _SHARE = (-0.02, 1.02)
 def distribution(source: Source) -> FigureData:
     """Return the empirical distributions of rate, angle error and rate per object.
 
-    - Rate: a frame's mean sum rate, over trials and frames.
+    - Rate: a frame's mean sum rate, over trials and frames; a trial's mean over the slots shown
+    if these are not complete frames.
     - Angle error: its size, over trials, slots and objects in the scene. An object without a
     track has no error: the curve then ends below one, by the share of such objects.
     - Outage: share of objects and slots with beams whose rate is at or below a value; the
@@ -33,31 +34,19 @@ def distribution(source: Source) -> FigureData:
         tuple(_cumulative(name, samples[name][number], source.looks[name]) for name in source.names)
         for number in range(3)
     ]
-    low = [float(one.x[0]) for one in series[1] if not one.empty and one.x[0] > 0]
+    low = min((float(one.x[0]) for one in series[1] if one.x[0] > 0), default=None)
+    part = "frame" if source.frame == source.scenario.frame.slots_per_frame else "trial"
+    slots = f"{'frames of ' * (part == 'frame')}{source.frame} slot{'s' * (source.frame > 1)}"
     panels = (
-        Panel(
-            Axis("Mean sum rate of a frame", "bit/s/Hz"),
-            Axis("Share of frames at or below", limits=_SHARE),
-            series[0],
-            title=f"Rate (frames of {source.frame} slots)",
-            empty="no rates",
-        ),
-        Panel(
-            Axis("Size of the angle error", "deg", log=True, limits=(min(low, default=None), None)),
-            Axis("Share of estimates at or below", limits=_SHARE),
-            series[1],
-            title="Angle error",
-            empty="no estimates",
-        ),
-        Panel(
-            Axis("Rate of an object", "bit/s/Hz"),
-            Axis("Outage probability", limits=_SHARE),
-            series[2],
-            title="Outage",
-            guides=_floors(source),
-            empty="no beams",
-        ),
-    )
+        Panel(Axis(f"Mean sum rate of a {part}", "bit/s/Hz"),
+              Axis(f"Share of {part}s at or below", limits=_SHARE),
+              series[0], f"Rate ({slots})", empty="no rates"),
+        Panel(Axis("Size of the angle error", "deg", log=True, limits=(low, None)),
+              Axis("Share of estimates at or below", limits=_SHARE),
+              series[1], "Angle error", empty="no estimates"),
+        Panel(Axis("Rate of an object", "bit/s/Hz"), Axis("Outage probability", limits=_SHARE),
+              series[2], "Outage", _floors(source), empty="no beams"),
+    )  # fmt: skip
     return FigureData("distribution", source.title, panels, source.setting(), size=(7.16, 2.6))
 
 
@@ -66,11 +55,10 @@ def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
 
     A missing estimate counts as an infinite error.
     """
-    one = source.result[["rate", "present", "truth", "estimated", "mode"]].isel(scheme=index)
-    one = one.transpose("trial", "slot", "object", "state")
-    shown = np.isin(source.slots, source.choice.slots or source.slots)
-    present = one["present"].values.astype(bool) & shown[:, None]
-    sum_rate = source.parts[source.names[index]]["sum_rate"]
+    one = source.result[["rate", "present", "truth", "estimated", "mode"]]
+    one = one.isel(scheme=index, slot=source.shown).transpose("trial", "slot", "object", "state")
+    present = one["present"].values.astype(bool)
+    sum_rate = source.parts[source.names[index]]["sum_rate"][:, source.shown]
     frames = sum_rate.reshape(source.trials, -1, source.frame).mean(axis=-1)
     error = posterior_errors(one["estimated"].values, one["truth"].values)[..., 0]
     error = np.abs(np.degrees(error[present]))

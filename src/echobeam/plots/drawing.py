@@ -8,6 +8,7 @@ import re
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
@@ -19,52 +20,30 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from echobeam.plots.looks import AREA, FAINT, RING, SHADE, Look, scheme_looks
+from echobeam.plots.looks import AREA, BAR, FAINT, RING, SHADE, Look, scheme_looks
 from echobeam.plots.record import Axis, FigureData, Guide, Note, Panel, Series
+from echobeam.values import BoolArray
 
 _RC: dict[str, Any] = {
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.labelsize": 8.0,
-    "figure.titlesize": 8.5,
-    "legend.fontsize": 7.5,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "axes.linewidth": 0.6,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.titlepad": 4.0,
-    "grid.linewidth": 0.4,
-    "grid.color": "0.85",
-    "lines.linewidth": 1.3,
-    "lines.markersize": 4.0,
-    "lines.markeredgewidth": 0.8,
-    "patch.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.major.size": 2.5,
-    "ytick.major.size": 2.5,
-    "ytick.minor.size": 1.5,
-    "ytick.minor.width": 0.4,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "legend.frameon": False,
-    "legend.handlelength": 2.6,
-    "legend.columnspacing": 1.2,
-    "legend.labelspacing": 0.3,
-    "figure.dpi": 100.0,
-    "savefig.dpi": 300.0,
-    "pdf.fonttype": 42,
-    "svg.fonttype": "path",
-    "svg.hashsalt": "echobeam",
-    "path.simplify": True,
-}
+    "font.size": 8.0, "axes.titlesize": 8.0, "axes.labelsize": 8.0, "figure.titlesize": 8.5,
+    "legend.fontsize": 7.5, "xtick.labelsize": 7.5, "ytick.labelsize": 7.5,
+    "axes.linewidth": 0.6, "axes.grid": True, "axes.axisbelow": True, "axes.titlepad": 4.0,
+    "grid.linewidth": 0.4, "grid.color": "0.85", "lines.linewidth": 1.3,
+    "lines.markersize": 4.0, "lines.markeredgewidth": 0.8, "patch.linewidth": 0.6,
+    "xtick.major.width": 0.6, "ytick.major.width": 0.6, "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5, "ytick.minor.size": 1.5, "ytick.minor.width": 0.4,
+    "xtick.direction": "in", "ytick.direction": "in", "legend.frameon": False,
+    "legend.handlelength": 2.6, "legend.columnspacing": 1.2, "legend.labelspacing": 0.3,
+    "figure.dpi": 100.0, "savefig.dpi": 300.0, "pdf.fonttype": 42, "svg.fonttype": "path",
+    "svg.hashsalt": "echobeam", "path.simplify": True,
+}  # fmt: skip
 
 _MARKERS = 20  # largest number on a line
 _LONG, _FINE = 60, 0.9  # points of a long line, and its width
 _LEGEND_COLUMNS = 6
 _USUAL_LEGEND = 0.4  # inches: two rows, as assumed in the figures' heights
 _LINE_HEIGHT = 0.13  # inches per line of the title
+_SLANTED: dict[str, Any] = {"rotation": 20, "ha": "right", "rotation_mode": "anchor"}
 _CHARACTERS_PER_INCH = 13  # legends and titles have 15 to 17 by measurement
 
 
@@ -132,11 +111,13 @@ def draw(data: FigureData, *, captions: bool = True) -> Picture:
             entries = found | entries
     if data.share:
         _label_outer([axes for axes, _ in panels], data.share)
-    banded = any(one.band is not None and not one.empty for p in data.panels for one in p.series)
     for text, look in data.key:
         entries[text] = _entry(text, look)
+    series = [one for panel in data.panels for one in panel.series if one.band is not None]
+    banded = [one for one in series if np.isfinite(np.asarray(one.band)).any()]
     if data.band and banded:
-        entries[data.band] = Patch(facecolor="0.6", alpha=0.5, label=data.band)
+        bars = all(_lone(one).any() for one in banded)
+        entries[data.band] = _entry(data.band, Look("0.4", BAR, "") if bars else Look("0.8", AREA))
     if entries:
         _add_legend(figure, list(entries.values()))
     return figure
@@ -150,7 +131,7 @@ def _entry(text: str, look: Look) -> Artist:
         return Patch(facecolor="none", edgecolor=look.colour, label=text)
     return Line2D(
         [], [], color=look.colour, linestyle=look.line, marker=look.marker, linewidth=1.0,
-        markerfacecolor="white", label=text,
+        markerfacecolor="white", markersize=9 if look.marker == BAR else 4, label=text,
     )  # fmt: skip
 
 
@@ -169,7 +150,7 @@ def _looks(data: FigureData) -> dict[str, Look]:
 
 def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, Look]) -> dict[str, Artist]:
     """Draw a panel and return the legend entries by name."""
-    axes.set_title(panel.title)
+    axes.set_title(_folded(panel.title, axes.get_window_extent().width / axes.figure.dpi))
     entries: dict[str, Artist] = {}
     for guide in panel.guides:
         artist = _draw_guide(axes, guide)
@@ -189,6 +170,13 @@ def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, Look]) -> dict[str, A
     return drawn | entries
 
 
+def _lone(one: Series) -> BoolArray:
+    """Return where an interval is a bar: at points, and where none beside it makes an area."""
+    found: BoolArray = np.isfinite(np.asarray(one.band)).all(axis=1)
+    beside = np.pad(found, 1)
+    return found if one.kind == "points" else found & ~(beside[:-2] | beside[2:])
+
+
 def _draw_series(axes: Axes, one: Series, look: Look, *, log: bool) -> Artist:
     """Draw one series and return its legend entry."""
     if one.empty:
@@ -206,6 +194,9 @@ def _draw_series(axes: Axes, one: Series, look: Look, *, log: bool) -> Artist:
             np.asarray(one.x, dtype=float), low, high, color=look.colour, alpha=strength,
             linewidth=0, zorder=1.2 if one.kind == "band" else 1.5,
         )  # fmt: skip
+        lone, ends = _lone(one), np.abs(one.band.T - np.asarray(one.y))
+        axes.errorbar(one.x[lone], one.y[lone], ends[:, lone], fmt="none", ecolor=look.colour,
+                      capsize=2, elinewidth=0.9)  # fmt: skip
     if one.kind == "band":
         return Patch(facecolor=look.colour, label=one.name)
     long = len(one.x) > _LONG
@@ -290,22 +281,41 @@ def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
     """Set label, scale, limits and ticks of one axis."""
     own = axes.xaxis if which == "x" else axes.yaxis
     set_limits = axes.set_xlim if which == "x" else axes.set_ylim
-    own.set_label_text(str(axis))
+    own.set_label_text(_label(axes, axis, which))
     log = axis.log and _scale_log(axes, which)
     if axis.limits != (None, None):
         set_limits(*axis.limits)
     if log:
         _tick_log(axes, which)
     if axis.ticks:
-        own.set_ticks(axis.ticks, list(axis.names) or [f"{tick:g}" for tick in axis.ticks])
+        names = list(axis.names) or [f"{tick:g}" for tick in axis.ticks]
+        room = 1.2 * _CHARACTERS_PER_INCH * axes.get_window_extent().width / axes.figure.dpi
+        slanted = which == "x" and bool(axis.names) and len("  ".join(names)) > room
+        own.set_ticks(axis.ticks, names, **_SLANTED if slanted else {})
         own.set_minor_formatter(NullFormatter())
         own.set_tick_params(which="minor", length=0)
     elif not axis.log:
         integer = axis.name in ("Slot", "Horizon", "Frame")
         most = 7 if which == "y" else min(10 if integer else 6, round(2.4 * _inches_wide(axes)))
-        own.set_major_locator(MaxNLocator(nbins=most, steps=[1, 2, 2.5, 5, 10], integer=integer))
+        own.set_major_locator(MaxNLocator(nbins=most, steps=[1, 2, 2.5, 5, 10], integer=integer,
+                                           min_n_ticks=1 if integer else 2))  # fmt: skip
         if axis.unit and not integer:
             _scale_power(axes, axis, which)
+
+
+def _label(axes: Axes, axis: Axis, which: str, power: str = "") -> str:
+    """Return the label of an axis, wrapped at the height of its panel."""
+    text = str(replace(axis, unit=power + axis.unit))
+    high = axes.get_window_extent().height / axes.figure.dpi
+    return text if which == "x" or "$" in axis.name else _folded(text, high + 0.4 * bool(power))
+
+
+def _folded(text: str, inches: float) -> str:
+    """Return a label in lines of a length, broken after commas where possible."""
+    most = max(12, int(1.2 * _CHARACTERS_PER_INCH * inches))
+    if len(text) <= most or "\n" in text:
+        return text
+    return "\n".join(textwrap.fill(part, most) for part in re.split("(?<=,) ", text))
 
 
 def _inches_wide(axes: Axes) -> float:
@@ -346,7 +356,7 @@ def _scale_power(axes: Axes, axis: Axis, which: str) -> None:
     power = 3 * math.floor(math.log10(most) / 3) if most > 0 and math.isfinite(most) else 0
     if power == 0 or 0.05 <= most < 2e4:
         return
-    own.set_label_text(f"{axis.name} ($10^{{{power}}}$ {axis.unit})")
+    own.set_label_text(_label(axes, axis, which, f"$10^{{{power}}}$ "))
 
     def write(value: float, _: int | None) -> str:
         ticks = own.get_majorticklocs() / 10.0**power
@@ -365,9 +375,9 @@ def _label_outer(panels: Sequence[Axes], share: str) -> None:
         alike = [other.get_subplotspec() for other in panels]
         below = any(o and o.rowspan.start > place.rowspan.start
                     and o.colspan.start == place.colspan.start for o in alike)  # fmt: skip
-        if "x" in share and below:
-            axes.set_xlabel("")
-            axes.tick_params(labelbottom=False)
+        if "x" in share:
+            axes.set_xlabel("" if below else axes.get_xlabel())
+            axes.tick_params(labelbottom=not below)
         if "y" in share and not place.is_first_col():
             axes.set_ylabel("")
             axes.tick_params(labelleft=False)

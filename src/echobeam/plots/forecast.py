@@ -37,10 +37,10 @@ def forecast(source: Source) -> FigureData:
     )
     if not source.result.sizes["object"]:
         return empty_figure(source, "forecast", "no objects to forecast")
-    if source.slots.size < 2:
+    if np.ptp(source.slots) < 1:
         return empty_figure(source, "forecast", "one slot: nothing lies ahead")
     made = origins(source)
-    found = forecast_errors(source.result, source.scenario, made)
+    found = forecast_errors(source.result.isel(slot=source.stretch), source.scenario, made)
     slots = f"slot {made[0]}" if len(made) == 1 else f"slots {made[0]} to {made[-1]}"
     return FigureData(
         "forecast", source.title, (*(_errors(source, found, *one) for one in _PANELS),
@@ -57,7 +57,7 @@ def origins(source: Source) -> range:
     The first is the end of the first frame, or the middle of a single frame, when velocities are
     well measured; the last is early enough for the longest horizon of the first.
     """
-    n, frame = source.slots.size, source.scenario.frame.slots_per_frame
+    n, frame = int(np.ptp(source.slots)) + 1, source.scenario.frame.slots_per_frame
     first = frame if frame < n else max(1, n // 2)
     start = int(source.slots[0])
     return range(start + first - 1, start + n - min(MOST_SLOTS, n - first))
@@ -109,10 +109,6 @@ def _shares(source: Source, found: xr.Dataset) -> Panel:
     ]  # fmt: skip
     lowest = min([_LEAST_SHARE, *(float(np.nanmin(one.y)) for one in series if not one.empty)])
     room = 0.06 * (100.0 - lowest)
-    return Panel(
-        _axis(found),
-        Axis(f"Angles inside ±{SIGMAS:g}σ", "%", limits=(lowest - room, 100.0 + room)),
-        tuple(series),
-        guides=(Guide("y", _EXPECTED_SHARE, look=Look("0.25")),),
-        empty="no forecast",
-    )
+    y = Axis(f"Angles inside ±{SIGMAS:g}σ", "%", limits=(lowest - room, 100.0 + room))
+    guides = (Guide("y", _EXPECTED_SHARE, look=Look("0.25")),)
+    return Panel(_axis(found), y, tuple(series), guides=guides, empty="no forecast")

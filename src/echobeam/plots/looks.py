@@ -25,6 +25,9 @@ SHADE, BAND, FAINT = "0.91", "0.78", "0.45"
 AREA = "area"
 """Marker of a legend entry that is a filled area."""
 
+BAR = "|"
+"""Marker of a legend entry that is an error bar."""
+
 RING = "ring"
 """Marker of a legend's entry that is an outline."""
 
@@ -92,8 +95,13 @@ PARAMETER_LOOKS = (
     Look(BLACK, "o", "-"),
     Look(PURPLE, "D", DASH_DOT),
     Look(ORANGE, "s", SHORT),
+    Look(BLUE, "<", DOTTED),
+    Look(VERMILION, "X", DASH_DOT_DOT),
 )
 """Looks of lines that differ by a parameter, not by scheme or object."""
+
+MOST_LINES = len(PARAMETER_LOOKS) ** 2
+"""Largest number of lines with distinct looks for a parameter's values."""
 
 MAX_OBJECTS = len(_OBJECTS)
 """Largest number of objects with distinct looks in one picture."""
@@ -127,4 +135,4 @@ def object_look(index: int) -> Look:
 
 def parameter_look(index: int) -> Look:
     """Return the look of a parameter's value, counted from 0."""
-    return PARAMETER_LOOKS[index % len(PARAMETER_LOOKS)]
+    return _other_look(PARAMETER_LOOKS, index)

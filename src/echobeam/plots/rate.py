@@ -18,7 +18,8 @@ def rate(source: Source) -> FigureData:
     source.check("rate", "present")
     if not source.result.sizes["object"]:
         return empty_figure(source, "rate", "no objects: sensing only")
-    has_rate = source.result["rate"].notnull().any(("trial", "slot", "object")).values
+    rates = source.result["rate"].isel(slot=source.shown)
+    has_rate = rates.notnull().any(("trial", "slot", "object")).values
     series = []
     for name, some in zip(source.names, has_rate, strict=True):
         values = source.pool(source.parts[name]["sum_rate"]) / source.pooled
@@ -28,11 +29,10 @@ def rate(source: Source) -> FigureData:
     close = _close_curves(series)
     if close and source.pooled > 1:
         panels.append(_panel(source, close, from_zero=False))
-    band = "95 % interval" if source.trials > 1 else ""
     layout = tuple((number,) for number in range(len(panels)))
     return FigureData(
         "rate", source.title, tuple(panels), source.setting(), layout=layout,
-        size=(3.5, 1.1 + 1.65 * len(panels)), share="x", band=band,
+        size=(3.5, 1.1 + 1.65 * len(panels)), share="x", band="95 % interval",
     )  # fmt: skip
 
 
@@ -40,14 +40,11 @@ def _panel(source: Source, series: list[Series], *, from_zero: bool) -> Panel:
     tops = [one.y if one.band is None else np.append(one.y, one.band) for one in series]
     highest = max((float(np.nanmax(top)) for top in tops if np.isfinite(top).any()), default=0.0)
     limits = (-0.02 * highest, 1.06 * highest) if highest > 0 and from_zero else (None, None)
+    notes = _gain(source, series) if from_zero else ()
     return Panel(
-        source.slot_axis(),
-        Axis("Sum rate", "bit/s/Hz", limits=limits),
-        tuple(series),
-        guides=source.omni_guides(),
-        notes=_gain(source, series) if from_zero else (),
-        empty="no rates in this result",
-    )
+        source.slot_axis(), Axis("Sum rate", "bit/s/Hz", limits=limits), tuple(series),
+        guides=source.omni_guides(), notes=notes, empty="no rates in this result",
+    )  # fmt: skip
 
 
 def _close_curves(series: list[Series]) -> list[Series]:
@@ -68,9 +65,10 @@ def _gain(source: Source, series: list[Series]) -> tuple[Note, ...]:
     if not {GAIN_OF, GAIN_OVER} <= set(means) or source.slots.size > 20:
         return ()
     gain = improvement(source.result, GAIN_OF, GAIN_OVER)
-    if gain is None or not gain.ratio > 1.0:
+    if gain is None or not gain.ratio > 1.0 or gain.slot not in source.slots:
         return ()
-    ends = means[GAIN_OVER][gain.slot - 1], means[GAIN_OF][gain.slot - 1]
+    at = list(source.slots).index(gain.slot)
+    ends = means[GAIN_OVER][at], means[GAIN_OF][at]
     text = f"{100 * (gain.ratio - 1):+.0f} %"
     middle = float(np.mean(ends))
     between = (float(ends[0]), float(ends[1]))

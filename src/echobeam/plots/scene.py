@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from echobeam.physics.geometry import offset, offset_cov
 from echobeam.plots.looks import BLACK, SHORT, Look
-from echobeam.plots.record import Series
+from echobeam.plots.record import Axis, Series
 from echobeam.plots.source import Source
 from echobeam.simulation.forecast import SIGMAS, Cone, same_object
 from echobeam.values import NOBODY, Array, IntArray
@@ -41,7 +41,8 @@ class Scene(NamedTuple):
 def read_scene(source: Source) -> Scene:
     """Return the positions of the chosen trial and scheme."""
     names = ["identity", "position", "uav_position", "predicted", "estimated", "estimated_cov"]
-    one = source.one_trial(*names).transpose("slot", "object", "state", "state_b", "axis")
+    one = source.one_trial(*names).isel(slot=source.stretch)
+    one = one.transpose("slot", "object", "state", "state_b", "axis")
     plane = [0, 2]  # along the road, and height
     uav = one["uav_position"].values[:, plane]
     identity, estimated = one["identity"].values, one["estimated"].values
@@ -80,11 +81,13 @@ def chosen_slots(stay: slice) -> list[int]:
     return [stay.start + round(share * length) for share in _SHARES]
 
 
-def cone_series(cone: Cone, x: npt.NDArray[np.generic], colour: str) -> tuple[Series, Series]:
+def cone_series(
+    cone: Cone, axis: Axis, x: npt.NDArray[np.generic], colour: str
+) -> tuple[Series, Series]:
     """Return the growing 3-sigma band and its centre line, at the positions ``x`` of the slots."""
     at, reach = x[cone.slots], SIGMAS * cone.deviations
     band = np.stack([cone.centres - reach, cone.centres + reach], axis=-1)
-    made = f"forecast from slot {cone.slots[0] + 1}"
+    made = f"forecast from {axis.name.lower()} {at[0]:g}"
     return (
         Series(f"{made}, ±3σ", at, cone.centres, band, Look(colour), kind="line", width=0.0,
                legend=False),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,9 +16,9 @@ from echobeam.plots.record import Axis, FigureData, Guide, Panel
 from echobeam.scenario.checking import ScenarioError, checked
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import split
-from echobeam.simulation.statistics import Statistics, of_scheme, sum_rate
+from echobeam.simulation.statistics import NEEDED, Statistics, of_scheme, sum_rate
 from echobeam.simulation.summary import GENIE, result_statistics
-from echobeam.values import Array, Mode
+from echobeam.values import Array, IntArray, Mode
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +42,7 @@ class Choice:
     trial
         Number of the trial in the file, from 0, for pictures of one trial.
     slots
-        Slots counted from 1: the slots of patterns, and the range of other pictures.
+        Slots counted from 1; trajectories and forecasts take the range from first to last.
     x, quantity
         For a sweep: the key on the x axis, and the quantity on the y axis.
     title
@@ -84,7 +85,8 @@ class Source:
         self.names = self.choice.schemes or tuple(held)
         self.whole = result
         self.result = result.isel(scheme=[held.index(name) for name in self.names])
-        self._check_slots()
+        self.shown = self._choose_slots()
+        self.stretch = slice(int(self.shown[0]), int(self.shown[-1]) + 1)
 
     @cached_property
     def scenario(self) -> Scenario:
@@ -98,6 +100,7 @@ class Source:
     @cached_property
     def parts(self) -> dict[str, Statistics]:
         """Statistics of every scheme."""
+        self.check(*NEEDED)
         whole = result_statistics(self.result, self.scenario)
         return {name: of_scheme(whole, index) for index, name in enumerate(self.names)}
 
@@ -121,14 +124,15 @@ class Source:
 
     @cached_property
     def slots(self) -> Array:
-        """Numbers of the slots, ``(n,)``."""
-        return np.asarray(self.result["slot"].values, dtype=float)
+        """Numbers of the slots shown, ``(n,)``."""
+        return np.asarray(self.result["slot"].values[self.shown], dtype=float)
 
     @property
     def frame(self) -> int:
-        """Slots per frame; all slots of a selection without complete frames."""
+        """Slots per frame; all slots of a selection that is not of complete frames."""
         frame, count = self.scenario.frame.slots_per_frame, self.slots.size
-        return frame if count % frame == 0 else int(count)
+        number = (self.slots - 1.0) // frame
+        return frame if (np.unique(number, return_counts=True)[1] == frame).all() else int(count)
 
     @property
     def pooled(self) -> int:
@@ -137,7 +141,8 @@ class Source:
         return self.frame if count > MOST_SLOTS and self.frame < count else 1
 
     def pool(self, values: Array) -> Array:
-        """Return sums over the slots of each value, ``(..., n)`` to ``(..., n / pooled)``."""
+        """Return sums over the slots of each value shown, from those of all slots of the result."""
+        values = values[..., self.shown]
         summed: Array = values.reshape(*values.shape[:-1], -1, self.pooled).sum(axis=-1)
         return summed
 
@@ -149,9 +154,8 @@ class Source:
 
     def slot_axis(self) -> Axis:
         """Return the axis of slots, with a margin of half a slot at both ends."""
-        shown = self.choice.slots or (int(self.slots[0]), int(self.slots[-1]))
         words = f"{self.scenario.frame.slot * 1e3:g} ms each"
-        return Axis("Slot", words, limits=(min(shown) - 0.5, max(shown) + 0.5))
+        return Axis("Slot", words, limits=(self.slots[0] - 0.5, self.slots[-1] + 0.5))
 
     def omni_guides(self) -> tuple[Guide, ...]:
         """Return the shaded slots without directional beams.
@@ -159,12 +163,13 @@ class Source:
         Ignored are schemes that never send directional beams (omni), and slots in which trials
         differ.
         """
+        self.check("phase")
         phase = self.result["phase"].transpose("scheme", "slot").values.astype(str)
         phase = phase[np.isin(phase, ["directional", "mixed"]).any(axis=1)]
         if self.pooled > 1 or not phase.size:
             return ()
         kinds = [kind for kind in ("omni", "pilot") if (phase == kind).any()]
-        shaded = np.isin(phase, kinds).any(axis=0)
+        shaded = np.isin(phase[:, self.shown], kinds).any(axis=0)
         look, name = Look(SHADE), " or ".join(kinds) + " slot"
         at = self.slots[shaded]
         edges = np.flatnonzero(np.diff(at, prepend=-np.inf) > 1)
@@ -179,10 +184,14 @@ class Source:
         parts = [scheme] * bool(scheme) + [
             f"$N_t$ = {self.scenario.array.n_tx}",
             f"$h$ = {self.scenario.uav.height:g} m",
-            f"trial {self.choice.trial} of 0 to {self.trials - 1}"
-            if one_trial
-            else f"{self.trials} trial{'' if self.trials == 1 else 's'}",
+            self._trial() if one_trial else f"{self.trials} trial{'s' * (self.trials != 1)}",
         ]
+        if self.choice.slots and not one_trial:
+            slots = [f"{slot:g}" for slot in self.slots]
+            few = f"slot{'s' * (len(slots) > 1)} {', '.join(slots)}"
+            parts.append(
+                few if len(slots) < 4 else f"{len(slots)} slots from {slots[0]} to {slots[-1]}"
+            )
         if self.pooled > 1 and not one_trial:
             parts.append(f"frames of {self.pooled} slots")
         return ", ".join(parts)
@@ -203,6 +212,7 @@ class Source:
             return self.choice.schemes[0]
         variants = [name for name in self.names if split(name)[0] == "temporal"]
         variants.sort(key=lambda name: name != "temporal")
+        self.check("mode")
         directional = (self.result["mode"] == Mode.DIRECTIONAL).any(("trial", "slot")).values
         others = (name for name, some in zip(self.names, directional, strict=True) if some)
         return next(iter(variants), next(others, self.names[0]))
@@ -223,7 +233,15 @@ class Source:
         if missing:
             raise PlotError(f"the result holds no {', '.join(missing)}; is it from `echobeam run`?")
 
-    def _check_slots(self) -> None:
+    def _trial(self) -> str:
+        """Return the trial's own number: a result may hold some chosen trials."""
+        held = self.result["trial"].values
+        if all(int(two) - int(one) == 1 for one, two in pairwise(held)):
+            return f"trial {held[self.choice.trial]} of {held[0]} to {held[-1]}"
+        return f"trial {held[self.choice.trial]}, one of {self.trials} chosen"
+
+    def _choose_slots(self) -> IntArray:
+        """Return the places of the chosen slots in the result."""
         numbers = [int(slot) for slot in self.result["slot"].values]
         unknown = [str(slot) for slot in self.choice.slots if slot not in numbers]
         if unknown:
@@ -231,6 +249,7 @@ class Source:
                 f"the result holds no slot {', '.join(unknown)}; "
                 f"it holds {numbers[0]} to {numbers[-1]}"
             )
+        return np.flatnonzero(np.isin(numbers, self.choice.slots or numbers))
 
 
 def empty_figure(source: Source, kind: str, why: str) -> FigureData:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import json
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from echobeam.plots.looks import Look, parameter_look, scheme_looks
+from echobeam.plots.looks import MOST_LINES, Look, parameter_look, scheme_looks
 from echobeam.plots.record import Axis, FigureData, Panel, Series, grid
 from echobeam.plots.source import Choice, PlotError
 from echobeam.simulation.summary import interval_name
@@ -18,11 +19,15 @@ if TYPE_CHECKING:
 
 QUANTITY = "frame_rate_mean"
 _LABELS = {
-    "frame_rate_mean": "Mean sum rate",
-    "frame_rate_q05": "5 % quantile of the sum rate",
-    "frame_rate_over_genie": "Sum rate / genie's",
-    "frame_angle_rmse": "Angle RMSE",
-    "frame_distance_rmse": "Distance RMSE",
+    "rate_mean": "Mean sum rate",
+    "rate_q05": "5 % quantile of the sum rate",
+    "rate_over_genie": "Sum rate / genie's",
+    "angle_rmse": "Angle RMSE",
+    "distance_rmse": "Distance RMSE",
+    "angle_over_bound": "Angle RMSE / bound",
+    "distance_over_bound": "Distance RMSE / bound",
+    "nees": "NEES",
+    "nis": "NIS per component",
     "coverage": "Share of angles inside the cover",
     "outage": "Share of objects below the floor",
     "lost": "Share of objects without a track",
@@ -61,7 +66,9 @@ def sweep(dataset: xr.Dataset, choice: Choice) -> FigureData:
         need = "; it needs --scheme genie in the sweep" if "genie" in name else ""
         raise PlotError(f"the sweep holds no number of {name!r} for these schemes{need}")
     words = str(dataset[name].attrs.get("long_name", name))
-    label = _LABELS.get(name, words[:1].upper() + words[1:])
+    label = _LABELS.get(name.removeprefix("frame_"), words[:1].upper() + words[1:])
+    if "slot" in dataset[name].dims:
+        label += f", slot {choice.slots[0]}" if choice.slots else ", mean over slots"
     x = _key_axis(dataset, key)
     panels = tuple(
         Panel(x, _value_axis(label, unit, group), tuple(group), title) for title, group in groups
@@ -81,7 +88,10 @@ def _value_axis(label: str, unit: str, group: list[Series]) -> Axis:
     values = [one.y for one in group if not one.empty]
     low = min((float(np.nanmin(one)) for one in values), default=0.0)
     log = low > 0 and max(float(np.nanmax(one)) for one in values) > 30 * low
-    return Axis(label, unit, log=log, limits=(None, None) if log or low < 0 else (0.0, None))
+    ends = [one.y if one.band is None else np.append(one.y, one.band) for one in group]
+    high = max((float(np.nanmax(one)) for one in ends if np.isfinite(one).any()), default=0.0)
+    limits = (None, None) if log or low < 0 else (0.0, 1.06 * high or None)
+    return Axis(label, unit, log=log, limits=limits)
 
 
 def _key_axis(dataset: xr.Dataset, key: str) -> Axis:
@@ -116,12 +126,16 @@ def _series(
     interval, places = dataset.get(interval_name(str(part.name))), _places(dataset, key)
     looks = scheme_looks(schemes)
 
+    numeric = np.issubdtype(dataset[key].dtype, np.number)
+    kind: Literal["curve", "points"] = "curve" if numeric else "points"
+
     def line(scheme: str, where: dict[str, int], name: str, look: Look) -> Series:
         values = factor * part.sel(scheme=scheme).isel(where).values
+        shown = look if numeric else replace(look, line="")
         if interval is None:
-            return Series(name, places, values, look=look)
+            return Series(name, places, values, look=shown, kind=kind)
         ends = interval.sel(scheme=scheme).isel(where).transpose(dimension, "end").values
-        return Series(name, places, values, factor * ends, look)
+        return Series(name, places, values, factor * ends, shown, kind)
 
     combinations = [
         dict(zip(others, indices, strict=True))
@@ -132,6 +146,11 @@ def _series(
         for where in combinations
     ]
     if len(schemes) == 1 and others:
+        if len(said) > MOST_LINES:
+            raise PlotError(
+                f"{len(said)} lines, of which {MOST_LINES} could be told apart; take the key with "
+                f"the most values for x, or fewer values: sweep.isel({{{others[0]!r}: [0, 1]}})"
+            )
         lines = [
             line(schemes[0], where, words, parameter_look(number))
             for number, (where, words) in enumerate(zip(combinations, said, strict=True))

@@ -52,12 +52,9 @@ def _panel(source: Source, component: str, name: str, unit: str, factor: float) 
         )  # fmt: skip
     found = [one for one in bounds if not one.empty]
     return Panel(
-        source.slot_axis(),
-        Axis(name, unit, log=True),
-        (*found, *series),
-        guides=source.omni_guides(),
-        empty="no estimates, or none with an error",
-    )
+        source.slot_axis(), Axis(name, unit, log=True), (*found, *series),
+        guides=source.omni_guides(), empty="no estimates, or none with an error",
+    )  # fmt: skip
 
 
 def _positive(values: Array) -> Array:

@@ -8,13 +8,7 @@ import numpy as np
 
 from echobeam.plots.looks import BLACK, DOTTED, MAX_OBJECTS, RING, Look, object_look
 from echobeam.plots.record import Axis, FigureData, Note, Panel, Series
-from echobeam.plots.scene import (
-    FORECAST,
-    Scene,
-    chosen_slots,
-    cone_series,
-    read_scene,
-)
+from echobeam.plots.scene import FORECAST, Scene, chosen_slots, cone_series, read_scene
 from echobeam.plots.source import Source
 from echobeam.schemes.configure import system_for
 from echobeam.simulation.forecast import Cone, make_cones
@@ -56,7 +50,6 @@ def trajectories(source: Source) -> FigureData:
 def _figure(source: Source, panels: list[Panel], close: int) -> FigureData:
     scheme = source.one_scheme()
     layout: tuple[tuple[int, ...], ...] = ((0,),)
-    widths: tuple[float, ...] = ()
     if close:
         # the scene beside the stacked close-ups, and the road below
         columns = max(close, 2)
@@ -70,14 +63,14 @@ def _figure(source: Source, panels: list[Panel], close: int) -> FigureData:
     ]  # fmt: skip
     return FigureData(
         "trajectories", source.title, tuple(panels), source.setting(scheme, one_trial=True),
-        layout=layout, widths=widths, heights=(1.5, 1.1, 1.0) if close else (),
+        layout=layout, heights=(1.5, 1.1, 1.0) if close else (),
         size=(7.16, 6.0) if close else (3.5, 3.0), key=tuple(key) if close else (),
     )  # fmt: skip
 
 
 def _over_time(source: Source, scene: Scene) -> FigureData:
     """Return positions along the road over time, and the prediction's error below."""
-    time = source.result["time"].values
+    time = source.result["time"].values[source.stretch]
     uav = Series("UAV", time, scene.uav[:, 0], look=Look(BLACK, "", DOTTED), kind="line")
     ways, errors = [uav], []
     for number, (k, stay) in enumerate(scene.stays):
@@ -96,16 +89,12 @@ def _over_time(source: Source, scene: Scene) -> FigureData:
             Series(f"{name}, predicted", time[stay], off, look=look, kind="line", width=0.8,
                    legend=False)
         )  # fmt: skip
-    limits = (float(time[0]), float(time[-1]))
-    if source.choice.slots:
-        shown = np.isin(source.slots, source.choice.slots)
-        limits = (float(time[shown].min()), float(time[shown].max()))
-    axis = Axis("Time", "s", limits=limits)
+    axis = Axis("Time", "s", limits=(float(time[0]), float(time[-1])))
     return FigureData(
         "trajectories", source.title,
         (
             Panel(axis, _ROAD, tuple(ways), empty="no objects in the scene"),
-            Panel(axis, Axis("Error of the\nprediction", "m", log=True), tuple(errors),
+            Panel(axis, Axis("Error of the prediction", "m", log=True), tuple(errors),
                   empty="nothing was predicted"),
         ),
         source.setting(source.one_scheme(), one_trial=True),
@@ -222,6 +211,7 @@ def _ellipses(
 def _road_panel(source: Source, scene: Scene, k: int, stay: slice) -> Panel:
     """Return one object's path along the road, with forecasts from a few slots of its stay."""
     one = source.one_trial("estimated", "estimated_cov", "uav_position", "uav_velocity")
+    one = one.isel(slot=source.stretch)
     mean = one["estimated"].isel(object=k).transpose("slot", "state").values
     cov = one["estimated_cov"].isel(object=k).transpose("slot", "state", "state_b").values
     position, velocity = (
@@ -230,7 +220,7 @@ def _road_panel(source: Source, scene: Scene, k: int, stay: slice) -> Panel:
     system = system_for(source.scenario, source.one_scheme())
     starts = chosen_slots(stay)
     cones = make_cones(mean, cov, starts, stay.stop, (position, velocity), system)
-    return road_panel(Axis("Slot"), source.slots, scene, (k, stay), cones)
+    return road_panel(Axis("Slot"), one["slot"].values, scene, (k, stay), cones)
 
 
 def road_panel(
@@ -258,7 +248,7 @@ def road_panel(
         Series("predicted", x[marked], predicted[marked], look=PREDICTED, kind="points",
                legend=False),
     ]  # fmt: skip
-    series += [part for cone in cones for part in cone_series(cone, at, look.colour)]
+    series += [part for cone in cones for part in cone_series(cone, axis, at, look.colour)]
     notes = () if cones else (Note("no forecast", 0.5, 0.85, "0.45", inside=True),)
     y = Axis("Position", "m")
     return Panel(axis, y, tuple(series), f"object {k + 1}", notes=notes)

@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 
 from echobeam.brief import html_table
 from echobeam.scenario.built_in import ships
-from echobeam.scenario.checking import checked, override
+from echobeam.scenario.checking import ScenarioError, checked, override
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.quantities import FrozenMapping, SchemeParameters, ripple_value
 from echobeam.scenario.tables import (
@@ -139,6 +139,11 @@ class Scenario(Table):
         ScenarioError
             Names every key that is at fault, its value and what is accepted.
         """
+        if not isinstance(overrides, Mapping):
+            raise ScenarioError(
+                f"{overrides!r} is not accepted; expected dotted keys and their values, such as "
+                '{"uav.height": "80 m"}'
+            )
         document = tomllib.loads(self.to_toml())
         if self.trace is not None:  # whose name may hold bytes that no text can
             document["trace"]["file"] = self.trace.file

@@ -7,6 +7,7 @@ else there is the whole `Scheme`.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -15,7 +16,7 @@ import numpy as np
 
 from echobeam.schemes.base import Scheme, SchemeError, View
 from echobeam.schemes.beamers import Aim, Beams
-from echobeam.schemes.failures import failure, users_traceback
+from echobeam.schemes.failures import failure, users_traceback, written_at
 from echobeam.schemes.frames import ClockedFrame
 from echobeam.schemes.parts import SchemeOfParts
 from echobeam.schemes.trackers import ExtendedKalman
@@ -23,6 +24,11 @@ from echobeam.values import ComplexArray, Tracks
 
 BeamFunction = Callable[[Tracks, View], ComplexArray]
 F = TypeVar("F", bound=Callable[..., object])
+
+NO_SCHEME = (
+    "is not a scheme; expected a function (prior, view) -> beams, an object with that call, or an "
+    "echobeam Scheme"
+)
 
 MARK = "__echobeam_scheme__"
 """Attribute under which `scheme` notes the name."""
@@ -127,10 +133,22 @@ def _made(candidate: object, name: str | None) -> Scheme:
     if callable(candidate):
         own = getattr(candidate, "name", None) or marked or name
         label = str(own or getattr(candidate, "__name__", type(candidate).__name__))
+        _check_call(candidate, label)
         return SchemeOfParts(
             label, ClockedFrame(), ExtendedKalman(), FunctionBeamer(label, candidate)
         )
-    raise SchemeError(
-        f"{candidate!r} is not a scheme; expected a function (prior, view) -> beams, an object "
-        "with that call, or an echobeam Scheme"
-    )
+    raise SchemeError(f"{candidate!r} {NO_SCHEME}")
+
+
+def _check_call(candidate: Callable[..., object], label: str) -> None:
+    """Refuse what cannot be called as beams are asked for, before anything is run."""
+    try:
+        call = inspect.signature(candidate)
+    except (TypeError, ValueError):  # of compiled code, which may not say
+        return
+    try:
+        call.bind(None, None)
+    except TypeError as error:
+        raise SchemeError(
+            f"{written_at(candidate)}scheme {label!r} is called with (prior, view): {error}"
+        ) from None

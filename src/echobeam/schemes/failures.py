@@ -7,6 +7,7 @@ those of the package that was entered first.
 
 from __future__ import annotations
 
+import inspect
 import sysconfig
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,6 +31,12 @@ def failure(error: BaseException) -> str:
         text = error.msg  # its text repeats file and line
     said = f"{type(error).__name__}: {text}" if text else type(error).__name__
     return f"{place}: {said}" if place else said
+
+
+def written_at(function: object) -> str:
+    """Return ``file, line N: `` of a function that is written in Python, empty for others."""
+    code = getattr(inspect.unwrap(function), "__code__", None)  # type: ignore[arg-type]
+    return f"{_short(code.co_filename)}, line {code.co_firstlineno}: " if code else ""
 
 
 def is_users(error: BaseException) -> bool:

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 from echobeam.schemes.base import Scheme, SchemeError
-from echobeam.schemes.doors import MARK, as_scheme
+from echobeam.schemes.doors import MARK, NO_SCHEME, as_scheme
 from echobeam.schemes.failures import failure, users_traceback
 
 ENTRY_POINT_GROUP = "echobeam.schemes"
@@ -82,6 +82,8 @@ def find_scheme(name: str) -> Scheme:
         If there is no such scheme, or its code raises.
     """
     found, attribute = _find("scheme", name, BUILT_IN, ENTRY_POINT_GROUP, available())
+    if not callable(found) and not isinstance(found, Scheme):
+        raise SchemeError(f"{name}: {found!r} {NO_SCHEME}")
     return as_scheme(found, attribute)
 
 
@@ -128,6 +130,8 @@ def _find(
         return _from_file(kind, Path(path), attribute, name), attribute
     near = difflib.get_close_matches(name, known, n=1)
     hint = f"did you mean {near[0]!r}? " if near else ""
+    if name.endswith(".py"):
+        hint = f"of a file the {kind}'s name too, {name}:NAME; "
     raise SchemeError(
         f"unknown {kind} {name!r}; {hint}available: {', '.join(known)}, or path/to/file.py:name"
     )

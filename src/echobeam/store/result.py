@@ -185,6 +185,8 @@ def open_any(path: str | Path) -> xr.Dataset:
         raise StoreError(
             f"{path}: not a NetCDF-4 file, or a damaged one ({type(error).__name__})"
         ) from None
+    if isinstance(result.attrs.get("names"), str):  # HDF5 returns a list of one as a text
+        result.attrs["names"] = [result.attrs["names"]]
     if VARY in result.attrs:
         return result
     misfit = _misfit(result)

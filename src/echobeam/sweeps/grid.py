@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+MOST_POINTS = 100_000
+"""Points of a grid: each takes a tenth of a second at least, and a grid is in memory at once."""
+
+
 class SweepError(InputError):
     """Error of a grid that is not accepted; the message says what is."""
 
@@ -172,19 +176,12 @@ class Grid:
         Raises
         ------
         SweepError, ScenarioError
-            If a key or a value is given twice, a trace would override it, or a point is not a valid
-            scenario.
+            If a key or a value is given twice, another option overrides it, there are too many
+            points, or a point is not a valid scenario.
         """
-        keys = self.keys
-        if not keys:
-            raise SweepError("no key varies; give at least one --vary KEY=V1,V2,...")
-        if len(set(keys)) < len(keys):
-            raise SweepError("a key is varied twice; give each key once")
-        moved = next((key for key in keys if key.split(".")[0] == "objects"), None)
-        if self.trace is not None and moved is not None:
-            raise SweepError(
-                f"--vary {moved}: not possible with --trace, which gives the objects' motion"
-            )
+        self._check_keys(schemes, trials)
+        if self.size > MOST_POINTS:
+            raise SweepError(f"{self.size} points are too many; accepted are {MOST_POINTS}")
         points = []
         for place in itertools.product(*(range(len(axis.values)) for axis in self.axes)):
             chosen = zip(self.axes, place, strict=True)
@@ -203,6 +200,28 @@ class Grid:
             )
         self._check_values(points)
         return points
+
+    def _check_keys(self, schemes: tuple[str, ...], trials: int | None) -> None:
+        """Refuse keys that do not vary, or that another option sets at every point."""
+        keys = self.keys
+        if not keys:
+            raise SweepError("no key varies; give at least one --vary KEY=V1,V2,...")
+        if len(set(keys)) < len(keys):
+            raise SweepError("a key is varied twice; give each key once")
+        moved = next((key for key in keys if key.split(".")[0] == "objects"), None)
+        if self.trace is not None and moved is not None:
+            raise SweepError(
+                f"--vary {moved}: not possible with --trace, which gives the objects' motion"
+            )
+        settings = [text.partition("=")[0].strip() for text in self.overrides]
+        given = {
+            "trials": ["--trials"] * (trials is not None),
+            "schemes": ["--scheme"] * bool(schemes),
+            "trace.file": ["--trace"] * (self.trace is not None),
+        }
+        for key in keys:
+            for option in given.get(key, []) + [f"--set {key}"] * (key in settings):
+                raise SweepError(f"--vary {key}: not together with {option}; give one of the two")
 
     def along(self, points: Sequence[Point], index: int) -> list[Scenario]:
         """Return a scenario for each value of an axis, the other axes at their first values."""

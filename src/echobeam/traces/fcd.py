@@ -56,6 +56,8 @@ class _FcdReader:
     def feed(self, chunk: bytes) -> None:
         try:
             self._parser.Parse(chunk, False)
+        except LookupError as error:  # the codec that the declaration names
+            raise fault(self._path, 1, f"{error}; accepted is UTF-8") from None
         except expat.ExpatError as error:
             reason = expat.ErrorString(error.code)
             raise fault(

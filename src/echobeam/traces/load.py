@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from echobeam.traces.breaks import unbroken, whole
 from echobeam.traces.collect import CONTEXT, OffRoad, Window, collect
+from echobeam.traces.jitter import without_jitter
 from echobeam.traces.motion import sight
 from echobeam.traces.progress import meter
 from echobeam.traces.repair import repair, spacing
@@ -90,9 +91,13 @@ def load_motion(
     visits = unbroken(again, {}) if survey.broken else whole(again)
     samples = collect(visits, survey.road, window, off, _context(survey))
     repaired = repair(samples, survey)
-    for note in (*survey.notes, *_notes(survey, off), *repaired.notes):
+    smooth = without_jitter(repaired.samples)
+    if smooth.nobody:
+        raise fault(file, None, smooth.note)
+    left_out = [f"{smooth.note}; left out"] if smooth.note else []
+    for note in (*survey.notes, *_notes(survey, off), *repaired.notes, *left_out):
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
-    sightings = sight(repaired.samples, clock)
+    sightings = sight(smooth.samples, clock)
     sightings = replace(sightings, position=sightings.position - zero)
     outside = np.flatnonzero((clock < survey.first) | (clock > survey.last))
     if outside.size:

@@ -116,19 +116,19 @@ def links(samples: RoadSamples) -> BoolArray:
     """Return whether each sample and the next belong to one unbroken motion."""
     step = np.diff(samples.time)
     same = (np.diff(samples.vehicle) == 0) & (np.diff(samples.visit) == 0)
-    limit = GAP_PERIODS * _periods(samples.vehicle[:-1][same], step[same], len(samples.names))
+    limit = GAP_PERIODS * medians(samples.vehicle[:-1][same], step[same], len(samples.names))
     linked: BoolArray = same & (step <= limit[samples.vehicle[:-1]])
     return linked
 
 
-def _periods(vehicle: IntArray, step: Array, n_vehicles: int) -> Array:
-    """Return the (lower) median of each vehicle's steps; NaN where it has none."""
-    ordered = step[np.lexsort((step, vehicle))]
+def medians(vehicle: IntArray, value: Array, n_vehicles: int) -> Array:
+    """Return the (lower) median of each vehicle's values; NaN where it has none."""
+    ordered = value[np.lexsort((value, vehicle))]
     count = np.bincount(vehicle, minlength=n_vehicles)
     middle = np.cumsum(count) - count + (count - 1) // 2
-    period = np.full(n_vehicles, np.nan)
-    period[count > 0] = ordered[middle[count > 0]]
-    return period
+    median = np.full(n_vehicles, np.nan)
+    median[count > 0] = ordered[middle[count > 0]]
+    return median
 
 
 def _parabola_slopes(h: Array, chord: Array, linked: BoolArray) -> Array:

@@ -67,11 +67,17 @@ def _parsed(chunks: Chunks, path: Path) -> Iterator[Sample]:
     if not chunks.head:
         raise fault(path, None, f"the file is empty; {_FORMATS}")
     text = chunks.head.decode("utf-8", "replace").lstrip("\ufeff \t\r\n")
+    if b"\0" in chunks.head and _readable(text.replace("\0", "").lstrip("\ufffd")):
+        raise fault(path, None, f"holds zero bytes: not UTF-8 text (UTF-16?); {_FORMATS}")
     if text.startswith("<"):
         return fcd_samples(chunks, path)
     if b"\0" in chunks.head or not looks_like_header(text):
         raise fault(path, None, f"unknown format, begins with {text[:40]!r}; {_FORMATS}")
     return table_samples(chunks, path)
+
+
+def _readable(text: str) -> bool:
+    return text.startswith("<") or looks_like_header(text)
 
 
 def _in_order(samples: Iterator[Sample], path: Path) -> Iterator[Sample]:
