@@ -7,9 +7,13 @@ A shell starts background jobs with interruptions ignored, and processes inherit
 interruptions have to undo it.
 """
 
+import os
 import signal
 
 from hypothesis import settings
+
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(name, "1")  # before NumPy is loaded: as many workers as cores
 
 settings.register_profile("fixed", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None)

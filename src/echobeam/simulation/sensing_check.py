@@ -26,6 +26,7 @@ from echobeam.scenario.model import Scenario
 from echobeam.sensing.chain import Echo, Processing, angle_by_capon, find_echoes, receiver_of
 from echobeam.sensing.directions import mirrored
 from echobeam.sensing.refine import Receiver
+from echobeam.sensing.threads import one_thread
 from echobeam.simulation.grid import check_unambiguous, element_noise, waveform_of
 from echobeam.simulation.randomness import Use, trial_normals
 from echobeam.simulation.scene import scene_of
@@ -111,11 +112,13 @@ def check_sensing(
     steps = len(TOTALS) + len(SEPARATIONS)
     errors: list[dict[str, Array]] = []
     for done, total in enumerate(TOTALS):
-        errors.append(setup.errors(total))
+        with one_thread():
+            errors.append(setup.errors(total))
         progress(done + 1, steps)
     resolved: list[dict[str, float]] = []
     for done, beams in enumerate(SEPARATIONS):
-        resolved.append(setup.resolved(beams))
+        with one_thread():
+            resolved.append(setup.resolved(beams))
         progress(len(TOTALS) + done + 1, steps)
     totals = np.array(TOTALS)
     snr = 10.0 ** (0.1 * totals) / setup.receivers

@@ -19,6 +19,7 @@ from echobeam.physics.waveform import factor, orthogonalised, symbols_of
 from echobeam.scenario.tables import RadarTable
 from echobeam.sensing.chain import Echo, Processing, find_echoes, receiver_of
 from echobeam.sensing.directions import mirrored
+from echobeam.sensing.threads import one_thread
 from echobeam.simulation.grid import element_noise, waveform_of
 from echobeam.simulation.randomness import Use, trial_normals
 from echobeam.simulation.world import World
@@ -75,7 +76,8 @@ def measure_signal(
     step = trials_at_once(world.scene.scenario.radar, max(law.receiver.n, law.transmitter.n))
     for first in range(0, trials, step):
         some = slice(first, first + step)
-        found, truth = _of_some(world, _part(sent, some), state[some], spread[some], some)
+        with one_thread():
+            found, truth = _of_some(world, _part(sent, some), state[some], spread[some], some)
         value[some], variance[some] = _labelled(world, found, truth, processed[some])
     return value, variance
 
