@@ -92,6 +92,9 @@ def trajectory_gospa(
         raise InputError(f"the penalty of a switch must not be negative, but is {switch_penalty}")
     if np.ndim(distance) != 3:
         raise InputError(f"the distances need the axes (N, T, O), not {np.shape(distance)}")
+    if np.shape(tracks) != np.shape(distance)[:2] or np.shape(objects) != np.shape(distance)[::2]:
+        shapes = f"not {np.shape(tracks)} and {np.shape(objects)}"
+        raise InputError(f"distances {np.shape(distance)} need (N, T) and (N, O), {shapes}")
     capped = capped_costs(distance, tracks, objects, cutoff)
     cost = (capped / cutoff) ** order
     change = _change_cost(switch_penalty / cutoff, order, len(cost))
@@ -99,13 +102,12 @@ def trajectory_gospa(
     unit = cutoff**order
     paired = np.where(cost < 1.0, share, 0.0)
     found = float(paired.sum())
-    parts = (
-        float(np.sum(paired * capped**order)),
-        0.5 * unit * max(np.count_nonzero(np.broadcast_to(objects, cost[:, 0].shape)) - found, 0.0),
-        0.5 * unit * max(np.count_nonzero(tracks) - found, 0.0),
-        unit * change * float(np.sum(np.abs(np.diff(share, axis=0)))),
-    )
-    return TrajectoryDistance(sum(parts) ** (1.0 / order), *parts)
+    localisation = float(np.sum(paired * capped**order))
+    missed = 0.5 * unit * max(np.count_nonzero(objects) - found, 0.0)
+    false = 0.5 * unit * max(np.count_nonzero(tracks) - found, 0.0)
+    switches = unit * change * float(np.sum(np.abs(np.diff(share, axis=0))))
+    total = float((localisation + missed + false + switches) ** (1.0 / order))
+    return TrajectoryDistance(total, localisation, missed, false, switches)
 
 
 def columns_by_identity(
@@ -130,8 +132,12 @@ def columns_by_identity(
     Raises
     ------
     InputError
-        A track that counts and has no identity, or that is in two columns of one slot.
+        Shapes that do not fit, a track that counts and has no identity, or one that is in two
+        columns of one slot.
     """
+    if not np.shape(distance)[:-1] == np.shape(tracks) == np.shape(identity):
+        shapes = f"{np.shape(distance)}, {np.shape(tracks)} and {np.shape(identity)}"
+        raise InputError(f"distance, tracks and identity of shapes {shapes} do not fit")
     slot, column = np.nonzero(tracks)
     if np.any(identity[slot, column] <= NOBODY):
         raise InputError("a track that exists has no identity")
@@ -154,7 +160,7 @@ def _change_cost(ratio: float, order: float, slots: int) -> float:
     spares the solver numbers of very different sizes.
     """
     never = float(slots + 1)
-    return 0.5 * min(ratio, (2.0 * never) ** (1.0 / order)) ** order
+    return float(0.5 * min(ratio, (2.0 * never) ** (1.0 / order)) ** order)
 
 
 def _least_shares(cost: Array, change: float) -> Array:
