@@ -27,6 +27,7 @@ from echobeam.scenario.tables import (
     RadioTable,
     Table,
     TraceTable,
+    TracksTable,
     TruthTable,
     UavTable,
 )
@@ -57,6 +58,7 @@ class Scenario(Table):
     frame: FrameTable = FrameTable()
     filter: FilterTable = FilterTable()
     coverage: CoverageTable = CoverageTable()
+    tracks: TracksTable = TracksTable()
     truth: TruthTable = TruthTable()
     trace: TraceTable | None = None
     scheme_parameters: SchemeParameters = FrozenMapping({})

@@ -126,6 +126,10 @@ class RadarTable(Table):
     """Level of the noise around a cell of the map."""
     false_alarm: Annotated[Number, Field(gt=0, lt=0.1)] = 1e-6
     """Probability that a cell of noise passes for an echo."""
+    detections: Literal["labelled", "unlabelled"] = "labelled"
+    """Somebody says whose an echo is (the paper), or nobody: objects are found, missed, confused."""
+    clutter: Annotated[Number, Field(ge=0, le=100)] = 0.0
+    """Mean number of detections in a slot that are of no object, beyond those of the noise."""
     angle: Literal["glrt", "capon"] = "glrt"
     """Estimator of the angle: the likelihood, or Capon's spectrum of the receive array."""
     self_interference: Annotated[Number, Field(ge=0)] = 0.0
@@ -167,6 +171,18 @@ class ObjectTable(Table):
     angle: Annotated[Angle, Field(gt=0, lt=math.pi)]
     velocity: Speed = 0.0
     acceleration: Acceleration = 0.0
+    appears: Annotated[Time, Field(ge=0)] = 0.0
+    """Time at which it is there, at `angle` as seen from where the UAV starts."""
+    leaves: Annotated[Time, Field(gt=0)] | None = None
+    """Time from which it is gone; never if left out."""
+
+    @field_validator("leaves")
+    @classmethod
+    def _check_leaves(cls, leaves: float | None, info: ValidationInfo) -> float | None:
+        appears = info.data.get("appears", 0.0)
+        if leaves is not None and leaves <= appears:
+            raise ValueError(f"{leaves:g} s is not accepted; expected after appears, {appears:g} s")
+        return leaves
 
 
 class FrameTable(Table):
@@ -207,6 +223,35 @@ class CoverageTable(Table):
     """Angle of (38f): the prediction, or the estimate of the slot before, as printed."""
     max_halfwidth: Annotated[Angle, Field(gt=0, le=math.pi / 2)] = math.pi / 4
     """Widest coverage that is asked for when the angle is hardly known."""
+
+
+class TracksTable(Table):
+    """Association of unlabelled detections, and the life of a track."""
+
+    association: Literal["nearest", "jpda", "mht"] = "jpda"
+    """Global nearest neighbour, joint probabilistic data association, or multiple hypotheses."""
+    gate: Annotated[Number, Field(gt=0, lt=1)] = 0.9999
+    """Probability with which a track's own detection is inside its gate."""
+    confirm: Annotated[Count, Field(le=100)] = 2
+    """Detections that confirm a track, of the last `window` slots in which it was lit."""
+    window: Annotated[Count, Field(le=100)] = 3
+    """Slots of that window."""
+    coast: Annotated[Count, Field(le=1000)] = 5
+    """Slots in a row without a detection, though lit, after which a track is deleted."""
+    capacity: Annotated[Count, Field(le=200)] = 16
+    """Tracks that are held at most."""
+    hypotheses: Annotated[Count, Field(le=100)] = 8
+    """Hypotheses that are held at most ("mht")."""
+    scans: Annotated[Count, Field(le=20)] = 3
+    """Slots after which hypotheses are decided ("mht")."""
+
+    @field_validator("window")
+    @classmethod
+    def _check_window(cls, window: int, info: ValidationInfo) -> int:
+        confirm = info.data.get("confirm", 1)
+        if window < confirm:
+            raise ValueError(f"{window} is not accepted; expected at least confirm, {confirm}")
+        return window
 
 
 class TruthTable(Table):

@@ -15,9 +15,17 @@ import numpy as np
 from echobeam.brief import Brief
 from echobeam.faults import InputError, RunError
 from echobeam.physics.array import LinearArray
+from echobeam.physics.detection import DetectionLaw
 from echobeam.physics.polar import POLAR
 from echobeam.physics.variance_law import VarianceLaw
-from echobeam.scenario.tables import ArrayTable, CoverageTable, FilterTable, FrameTable, RadioTable
+from echobeam.scenario.tables import (
+    ArrayTable,
+    CoverageTable,
+    FilterTable,
+    FrameTable,
+    RadioTable,
+    TracksTable,
+)
 from echobeam.values import (
     Array,
     BoolArray,
@@ -52,6 +60,10 @@ class System(Brief):
         Variance of a measurement as a function of a state and of what was sent.
     ripple
         B of (38f) as a number.
+    detection
+        Law of detections and false ones.
+    tracks
+        The scenario's table of association and life of tracks, for unlabelled detections.
     """
 
     array: ArrayTable
@@ -61,6 +73,8 @@ class System(Brief):
     coverage: CoverageTable
     law: VarianceLaw
     ripple: float
+    detection: DetectionLaw
+    tracks: TracksTable
 
     @property
     def transmitter(self) -> LinearArray:
@@ -87,7 +101,8 @@ class View(Brief):
         The UAV's equipment and task.
     roster
         ``(T, K)``: identity of the object in each column, `NOBODY` where it is empty; the paper's
-        "awareness of K objects" of labelled runs. It says who is in service, never where.
+        "awareness of K objects" of labelled runs. It says who is in service, never where. Without
+        labels there is none, K = 0.
     memory
         The memory of the scheme's last `Decision`; None at first.
     normals
@@ -158,6 +173,9 @@ class Decision(Brief):
         Reasons of fallbacks, by trial.
     memory
         Anything that the scheme wants to see again in the next slot's view.
+    carrier
+        ``(T, C)``: column of the stream that carries the data of each addressee; its own if None.
+        Addressees of one stream take turns, each with an equal share of its rate.
     """
 
     sent: Transmission
@@ -168,6 +186,7 @@ class Decision(Brief):
     fallback: BoolArray
     messages: dict[int, str] | None = None
     memory: Any = None
+    carrier: IntArray | None = None
 
 
 @runtime_checkable

@@ -16,17 +16,19 @@ from pydantic import BaseModel
 
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
+from echobeam.physics.detection import DetectionLaw, detection_law
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.checking import override_table, read_value
 from echobeam.scenario.dump import key_texts
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.quantities import ripple_value
-from echobeam.scenario.tables import CoverageTable, FilterTable
+from echobeam.scenario.tables import CoverageTable, FilterTable, TracksTable
 from echobeam.schemes.base import Scheme, SchemeError, System
 from echobeam.schemes.doors import as_scheme
 from echobeam.schemes.parameters import own_parameters, part_names, set_parameter, table_keys
 from echobeam.schemes.parts import SchemeOfParts, misfits
 from echobeam.schemes.registry import find_part, find_scheme
+from echobeam.schemes.unlabelled import Unlabelled
 
 _TEXT = re.compile(r"(?P<base>.+?)(?::(?P<parameters>[A-Za-z_]\w*=.*))?", re.DOTALL)
 
@@ -91,13 +93,24 @@ def configure(scenario: Scenario, asked: str | object) -> ConfiguredScheme:
     """
     if not isinstance(asked, str):
         scheme = as_scheme(asked)
-        return ConfiguredScheme(scheme.name, scheme, system_of(scenario))
+        return ConfiguredScheme(scheme.name, _for(scenario, scheme), system_of(scenario))
     base, text = split(asked)
     scheme = find_scheme(base)
     values = _given(scenario, asked)
     name = f"{scheme.name}:{text}" if text else scheme.name
     scheme, system = _with_parameters(scheme, values, scenario, f"scheme {asked}")
-    return ConfiguredScheme(name, scheme, system)
+    return ConfiguredScheme(name, _for(scenario, scheme), system)
+
+
+def _for(scenario: Scenario, scheme: Scheme) -> Scheme:
+    """Return a scheme of parts as one that associates detections, where nobody labels them."""
+    if isinstance(scheme, SchemeOfParts) and _unlabelled(scenario):
+        return Unlabelled(scheme)
+    return scheme
+
+
+def _unlabelled(scenario: Scenario) -> bool:
+    return scenario.radar.detections == "unlabelled"
 
 
 def _given(scenario: Scenario, asked: str) -> dict[str, object]:
@@ -120,7 +133,10 @@ def _given(scenario: Scenario, asked: str) -> dict[str, object]:
 
 
 def system_of(
-    scenario: Scenario, filter: FilterTable | None = None, coverage: CoverageTable | None = None
+    scenario: Scenario,
+    filter: FilterTable | None = None,
+    coverage: CoverageTable | None = None,
+    tracks: TracksTable | None = None,
 ) -> System:
     """Return the equipment and task of a scenario's UAV, as a scheme is given them."""
     coverage = scenario.coverage if coverage is None else coverage
@@ -132,6 +148,24 @@ def system_of(
         coverage=coverage,
         law=variance_law(scenario),
         ripple=ripple_value(coverage.ripple, scenario.array.n_tx),
+        detection=detection_of(scenario),
+        tracks=scenario.tracks if tracks is None else tracks,
+    )
+
+
+def detection_of(scenario: Scenario) -> DetectionLaw:
+    """Return the law of detections for a scenario's equipment."""
+    array, radar = scenario.array, scenario.radar
+    return detection_law(
+        LinearArray(array.receivers, array.spacing, array.axis),
+        false_alarm=radar.false_alarm,
+        clutter=radar.clutter,
+        subcarriers=radar.subcarriers,
+        bandwidth=radar.bandwidth,
+        pulse_length=radar.pulse_length,
+        carrier=scenario.radio.carrier,
+        uav_speed=scenario.uav.speed,
+        fluctuating=radar.fluctuation == "swerling1",
     )
 
 
@@ -148,7 +182,7 @@ def system_for(scenario: Scenario, name: str) -> System:
         return configure(scenario, name).system
     except SchemeError:
         values = _given(scenario, asked)
-        tables = (FilterTable, CoverageTable)
+        tables = (FilterTable, CoverageTable, TracksTable)
         known = {key: values[key] for key in values if any(key in t.model_fields for t in tables)}
         return _system(scenario, known, f"scheme {name}")
 
@@ -194,7 +228,7 @@ def _with_parameters(
         if kind in values:
             scheme = replace(scheme, **{kind: find_part(kind, str(values[kind]))})  # type: ignore[type-var]
     own, parts = own_parameters(scheme), part_names(scheme)
-    keys = [key for key in table_keys(scheme) if key not in own]
+    keys = [key for key in table_keys(scheme, unlabelled=_unlabelled(scenario)) if key not in own]
     accepted = [*keys, *own, *parts]
     faults = [_unknown(key, accepted) for key in values if key not in accepted]
     system = system_of(scenario)
@@ -225,6 +259,7 @@ def _system(scenario: Scenario, values: Mapping[str, object], label: str) -> Sys
         scenario,
         override_table(scenario.filter, of(FilterTable), label),
         override_table(scenario.coverage, of(CoverageTable), label),
+        override_table(scenario.tracks, of(TracksTable), label),
     )
 
 

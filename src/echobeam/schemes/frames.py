@@ -36,7 +36,15 @@ class ClockedFrame:
 
 @dataclass(frozen=True, slots=True)
 class PilotFrame:
-    """A pilot slot without data, then directional slots without radar."""
+    """A pilot slot without data, then directional slots without radar.
+
+    Attributes
+    ----------
+    looks
+        Mode of the slots in which no object is known yet.
+    """
+
+    looks: ClassVar[Mode] = Mode.PILOT
 
     def mode(self, tracks: Tracks, view: View) -> ModeArray:
         """Return the mode of each trial by the place of the slot in its frame."""

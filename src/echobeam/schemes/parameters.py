@@ -11,7 +11,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar, get_type_hints
 
 from echobeam.faults import InputError
-from echobeam.scenario.tables import CoverageTable, FilterTable
+from echobeam.scenario.tables import CoverageTable, FilterTable, TracksTable
 from echobeam.schemes.base import SchemeError
 from echobeam.schemes.failures import failure, users_traceback
 from echobeam.schemes.parts import SchemeOfParts
@@ -27,18 +27,21 @@ _EXPECTED = {int: "a whole number", float: "a number", bool: "true or false"}
 T = TypeVar("T")
 
 
-def table_keys(scheme: object) -> list[str]:
+def table_keys(scheme: object, *, unlabelled: bool = False) -> list[str]:
     """Return the keys of ``[filter]`` and ``[coverage]`` that a scheme reads.
 
     A scheme or part says so in an attribute ``parameters``; one that does not is taken to read
-    them all, a frame to read none.
+    them all, a frame to read none. Without labels a scheme of parts reads those of ``[filter]``
+    and of ``[tracks]`` as well, by which its detections are associated.
     """
     if isinstance(scheme, SchemeOfParts):
         parts = (scheme.tracker, scheme.beamer, scheme.frame)
         read = {key for part in parts for key in _read_by(part, part is not scheme.frame)}
+        if unlabelled:
+            read |= {*FilterTable.model_fields, *TracksTable.model_fields}
     else:
         read = set(_read_by(scheme, True))
-    return [key for key in TABLE_KEYS if key in read]
+    return [key for key in (*TABLE_KEYS, *TracksTable.model_fields) if key in read]
 
 
 def _read_by(part: object, otherwise: bool) -> tuple[str, ...]:

@@ -15,11 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.scenario.model import Scenario
+from echobeam.schemes.base import SchemeRunError
 from echobeam.schemes.configure import ConfiguredScheme
 from echobeam.simulation.decisions import SECONDS
 from echobeam.simulation.loop import SlotRecord, run_slots
 from echobeam.simulation.scene import Scene
 from echobeam.simulation.world import World, begin
+from echobeam.values import NOBODY
 
 MOST_TRIALS = 128
 MOST_BYTES = 64 * 2**20
@@ -48,6 +50,12 @@ PER_SCHEME = (
 )
 """Arrays ``(scheme, trial, slot, ...)``."""
 
+PER_TRACK = ("track_id", "track_status", "track_object", "track_state")
+"""Arrays ``(scheme, trial, slot, track, ...)`` of unlabelled runs."""
+
+UNLABELLED = ("shared", *PER_TRACK)
+"""Arrays that only unlabelled runs have."""
+
 Advance = Callable[[int], None]
 
 
@@ -72,12 +80,14 @@ def trial_axis(name: str) -> int | None:
     """Return which axis of a block's array counts trials; None if none does."""
     if name in SHARED:
         return 0
-    return 1 if name in PER_SCHEME else None
+    return 1 if name in (*PER_SCHEME, *UNLABELLED) else None
 
 
 def cut(scenario: Scenario, trials: int) -> list[range]:
     """Return the blocks of a run as ranges of trials, of nearly equal length."""
     per_trial = scenario.n_slots * max(scenario.n_objects, 1) * (16 * scenario.array.n_tx + 400)
+    if scenario.radar.detections == "unlabelled":
+        per_trial += scenario.n_slots * scenario.tracks.capacity * 48
     most = max(1, min(MOST_TRIALS, MOST_BYTES // per_trial))
     count = -(-trials // most)
     edges = [trials * index // count for index in range(count + 1)]
@@ -99,16 +109,51 @@ def run_block(
         Called with the number of trial-slots done since the last call.
     """
     world = begin(scene, seed, trials)
-    runs = [_run_scheme(world, scheme, advance) for scheme in schemes]
+    unlabelled = scene.scenario.radar.detections == "unlabelled"
+    names = (*PER_SCHEME, *UNLABELLED) if unlabelled else PER_SCHEME
+    runs = [_run_scheme(world, scheme, names, advance) for scheme in schemes]
+    if unlabelled:
+        columns = track_columns(scene.scenario, schemes)
+        runs = [_in_columns(run, columns, one.name) for run, one in zip(runs, schemes, strict=True)]
     arrays: dict[str, npt.NDArray[np.generic]] = {
-        name: np.stack([run[name] for run in runs]) for name in (*PER_SCHEME, SECONDS)
+        name: np.stack([run[name] for run in runs]) for name in (*names, SECONDS)
     }
     arrays |= {name: runs[0][name] for name in (*FIXED, *SHARED)}
     return Block(trials.start, arrays)
 
 
+def track_columns(scenario: Scenario, schemes: Sequence[ConfiguredScheme]) -> int:
+    """Return the number of tracks that a result has columns for: the largest capacity."""
+    return max([scenario.tracks.capacity, *(one.system.tracks.capacity for one in schemes)])
+
+
+def _in_columns(
+    run: dict[str, npt.NDArray[np.generic]], columns: int, name: str
+) -> dict[str, npt.NDArray[np.generic]]:
+    """Return a run whose tracks have a number of columns, the rest empty.
+
+    Raises
+    ------
+    SchemeRunError
+        If a scheme of a user's has tracks in more columns than that.
+    """
+    used = int(np.flatnonzero((run["track_id"] != NOBODY).any(axis=(0, 1))).max(initial=-1)) + 1
+    if used > columns:
+        raise SchemeRunError(
+            f"scheme {name!r} has tracks in {used} columns; expected at most tracks.capacity, "
+            f"{columns}"
+        )
+    wider = dict(run)
+    for key, empty in zip(PER_TRACK, (NOBODY, 0, NOBODY, np.nan), strict=True):
+        old = run[key][:, :, :columns]
+        new = np.full((*old.shape[:2], columns, *old.shape[3:]), empty, dtype=old.dtype)
+        new[:, :, : old.shape[2]] = old
+        wider[key] = new
+    return wider
+
+
 def _run_scheme(
-    world: World, scheme: ConfiguredScheme, advance: Advance
+    world: World, scheme: ConfiguredScheme, names: Sequence[str], advance: Advance
 ) -> dict[str, npt.NDArray[np.generic]]:
     records: list[SlotRecord] = []
     for record in run_slots(world, scheme):
@@ -116,7 +161,7 @@ def _run_scheme(
         advance(len(world.trials))
     arrays: dict[str, npt.NDArray[np.generic]] = {
         name: np.stack([getattr(record, name) for record in records], axis=1)
-        for name in (*SHARED, *PER_SCHEME)
+        for name in (*SHARED, *names)
     }
     for name in FIXED:
         arrays[name] = np.stack([getattr(record, name) for record in records])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from os import environ
@@ -16,7 +16,7 @@ from echobeam.scenario.model import Scenario
 from echobeam.simulation.blocks import Block, trial_axis
 from echobeam.simulation.environment import environment
 from echobeam.simulation.scene import Scene
-from echobeam.values import Mode
+from echobeam.values import Mode, Status
 from echobeam.version import __version__
 
 if TYPE_CHECKING:
@@ -104,6 +104,36 @@ VARIABLES: dict[str, Variable] = {
     ),
 }
 
+_PER_TRACK = ("scheme", "trial", "slot", "track")
+
+TRACK_VARIABLES: dict[str, Variable] = {
+    "shared": Variable(_PER_OBJECT, "1", "whether one beam serves the object and others in turns"),
+    "track_id": Variable(_PER_TRACK, "1", "identity of the track in the column; -1 none"),
+    "track_status": Variable(
+        _PER_TRACK,
+        "1",
+        "stage in the life of the track",
+        {
+            "flag_values": np.array(list(Status), dtype=np.int8),
+            "flag_meanings": " ".join(status.name.lower() for status in Status),
+        },
+    ),
+    "track_object": Variable(
+        _PER_TRACK,
+        "1",
+        "object that the track was scored against: index into the attribute names; -1 none",
+    ),
+    "track_state": Variable(
+        (*_PER_TRACK, "state"), "rad, m, m/s", "posterior mean of the track; NaN without one"
+    ),
+}
+"""Variables that only the results of unlabelled runs have."""
+
+
+def variables_of(names: Container[object]) -> dict[str, Variable]:
+    """Return the variables of a result, or of a block, that has arrays of these names."""
+    return VARIABLES | {key: one for key, one in TRACK_VARIABLES.items() if key in names}
+
 
 def coordinates(
     scenario: Scenario, names: Sequence[str], phase: AnyArray
@@ -189,7 +219,7 @@ def as_dataset(
     import xarray as xr
 
     data = {}
-    for name, variable in VARIABLES.items():
+    for name, variable in variables_of(blocks[0].arrays).items():
         axis = trial_axis(name)
         parts = [block.arrays[name] for block in blocks]
         values = parts[0] if axis is None else np.concatenate(parts, axis=axis)

@@ -16,15 +16,19 @@ from echobeam.schemes.base import Decision, SchemeError, SchemeRunError, View, r
 from echobeam.schemes.configure import ConfiguredScheme
 from echobeam.schemes.failures import failure, is_users, users_traceback
 from echobeam.simulation.decisions import first_decision
+from echobeam.simulation.detections import Sensed, detect
 from echobeam.simulation.examine import examine_decision
 from echobeam.simulation.randomness import SchemeNormals, Use, scheme_key
 from echobeam.simulation.receiver import by_identity, receive
+from echobeam.simulation.scoring import about_objects, scored, unscored
 from echobeam.simulation.sensor import sense
 from echobeam.simulation.world import World
 from echobeam.values import (
+    NOBODY,
     Array,
     BoolArray,
     ComplexArray,
+    Detections,
     IntArray,
     Mode,
     ModeArray,
@@ -41,7 +45,7 @@ class SlotRecord:
     Names, shapes and units are those of the result file: states are rad, m, m/s; measurements
     rad, s, Hz; positions m; beams sqrt(power); rates bit/s/Hz. ``messages`` are the reasons of
     fallbacks by trial. ``decision_seconds`` is the time of `transmit` per trial, NaN where it was
-    not taken; no result file has it.
+    not taken; no result file has it. The last five are those of unlabelled runs, else None.
     """
 
     slot: int
@@ -68,6 +72,11 @@ class SlotRecord:
     fallback: BoolArray
     messages: dict[int, str]
     decision_seconds: float
+    shared: BoolArray | None = None
+    track_id: IntArray | None = None
+    track_status: ModeArray | None = None
+    track_object: IntArray | None = None
+    track_state: Array | None = None
 
     @property
     def phase(self) -> str:
@@ -102,9 +111,9 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
     SchemeRunError
         If the scheme raises, or its answer is not what the contract asks for.
     """
-    knowledge = world.scene.scenario.radar.variance
     uav_before, memory = world.uav, None
     belief: Any = None
+    score = None if _by_label(world, configured) else unscored(len(world.trials))
     for slot in range(world.scene.scenario.n_slots):
         view = _view(world, configured, uav_before, memory)
         if slot == 0:
@@ -112,47 +121,109 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
         prior = _ask(configured, "predict", world, belief, view)
         predicted = _tracks(configured, prior, "predict", world)
         decision, seconds = _decide(configured, world, prior, predicted, view)
-        link, echoes = world.link(decision), sense(world, decision)
-        detections = receive(
-            echoes, world.identity, predicted, decision.sent, world.scene.law, knowledge
-        )
+        owner = decision.addressee if score is None else score.of(decision.addressee)
+        link = world.link(decision, owner)
+        detections, sensed = _sense(world, decision, predicted, labels=score is None)
         view = replace(view, sent=decision.sent, normals=_normals(world, Use.SCHEME_UPDATE))
         belief = _ask(configured, "update", world, prior, detections, view)
         estimated = _tracks(configured, belief, "update", world)
+        roster = _identities(world)
+        own = _track_record(world, estimated, estimated.id)
+        if score is not None:
+            truth, identity, axis = world.state, world.identity, configured.system.array.axis
+            predicted = about_objects(predicted, score, truth, identity, world.uav, axis)
+            score = scored(estimated, truth, identity, score, axis)
+            own = _track_record(world, estimated, score.identity)
+            estimated = about_objects(estimated, score, truth, identity, world.uav, axis)
         yield SlotRecord(
             slot=slot + 1,
             time=slot * world.scene.scenario.frame.slot,
             uav_position=world.uav.position,
             uav_velocity=world.uav.velocity,
-            identity=np.broadcast_to(world.identity, view.roster.shape),
-            present=np.broadcast_to(world.present, view.roster.shape),
+            identity=roster,
+            present=np.broadcast_to(world.present, roster.shape),
             position=_spread_out(world.ground.position, view),
             truth=_spread_out(world.state, view),
             mode=decision.mode.copy(),  # copies: a scheme may use its arrays again
-            covered=_for_objects(decision, view, decision.covered, np.nan).copy(),
-            predicted=by_identity(predicted, view.roster, predicted.mean).copy(),
-            predicted_cov=by_identity(predicted, view.roster, predicted.cov).copy(),
-            estimated=by_identity(estimated, view.roster, estimated.mean).copy(),
-            estimated_cov=by_identity(estimated, view.roster, estimated.cov).copy(),
-            measured=detections.value,
-            measured_var=detections.variance,
-            true_var=echoes.variance,
-            beam=_beams(decision, view).copy(),
+            covered=_for_objects(owner, roster, decision.covered, np.nan).copy(),
+            predicted=by_identity(predicted, roster, predicted.mean).copy(),
+            predicted_cov=by_identity(predicted, roster, predicted.cov).copy(),
+            estimated=by_identity(estimated, roster, estimated.mean).copy(),
+            estimated_cov=by_identity(estimated, roster, estimated.cov).copy(),
+            measured=sensed.measured,
+            measured_var=sensed.measured_var,
+            true_var=sensed.true_var,
+            beam=_beams(decision, owner, roster).copy(),
             sinr=link.sinr,
             rate=link.rate,
-            radar_snr=echoes.snr,
+            radar_snr=sensed.snr,
             fallback=decision.fallback.copy(),
             messages=decision.messages or {},
             decision_seconds=seconds,
+            shared=_shared(decision, owner, roster) if own else None,
+            **own,
         )
         uav_before, memory = world.uav, decision.memory
         if slot + 1 < world.scene.scenario.n_slots:
             world = world.advance()
 
 
+def _unlabelled(world: World) -> bool:
+    return world.scene.scenario.radar.detections == "unlabelled"
+
+
+def _by_label(world: World, configured: ConfiguredScheme) -> bool:
+    """Whether a scheme is told who is there; one that sees the truth always is."""
+    return configured.scheme.omniscient or not _unlabelled(world)
+
+
+def _identities(world: World) -> IntArray:
+    """Return who is in each column, ``(T, K)``."""
+    return np.tile(world.identity, (len(world.trials), 1))
+
+
+def _sense(
+    world: World, decision: Decision, predicted: Tracks, *, labels: bool
+) -> tuple[Detections, Sensed]:
+    """Return what the scheme is given of the slot's echoes, and what the record says of them."""
+    if not labels:
+        return detect(world, decision)
+    echoes = sense(world, decision)
+    knowledge = world.scene.scenario.radar.variance
+    detections = receive(
+        echoes, world.identity, predicted, decision.sent, world.scene.law, knowledge
+    )
+    return detections, Sensed(echoes.snr, detections.value, detections.variance, echoes.variance)
+
+
+def _track_record(world: World, tracks: Tracks, about: IntArray) -> dict[str, Any]:
+    """Return what the record of an unlabelled run says of the tracks, nothing of a labelled one."""
+    if not _unlabelled(world):
+        return {}
+    known = tracks.known
+    return {
+        "track_id": np.where(known, tracks.id, NOBODY),
+        "track_status": tracks.status.astype(np.int8),
+        "track_object": np.where(known, about, NOBODY),
+        "track_state": np.where(known[..., None], tracks.mean, np.nan),
+    }
+
+
+def _shared(decision: Decision, owner: IntArray, roster: IntArray) -> BoolArray:
+    """Return whether an object ``(T, K)`` is served in turns with others, by one stream."""
+    if decision.carrier is None:
+        return np.zeros(roster.shape, dtype=bool)
+    carrier = np.where(decision.addressee == NOBODY, NOBODY, decision.carrier)
+    alike = carrier[..., None] == carrier[:, None, :]
+    shared = (alike.sum(axis=-1) > 1) & (carrier != NOBODY)
+    return np.asarray(_for_objects(owner, roster, shared, False))
+
+
 def _view(world: World, configured: ConfiguredScheme, uav_before: Any, memory: Any) -> View:
     """Return the knowledge of the UAV; the truth only for a scheme that declares to see it."""
-    roster = np.tile(world.identity, (len(world.trials), 1))
+    roster = _identities(world)
+    if not _by_label(world, configured):
+        roster = roster[:, :0]
     freeze(roster)
     return View(
         slot=world.slot + 1,
@@ -269,24 +340,28 @@ def _spread_out(values: Array, view: View) -> Array:
     return np.broadcast_to(values, (view.n_trials, *values.shape[1:]))
 
 
-def _for_objects(decision: Decision, view: View, values: Any, missing: Any) -> Any:
-    """Return values of the streams ``(T, C, ...)`` in the order of the roster ``(T, K, ...)``."""
-    if decision.addressee.shape == view.roster.shape and np.array_equal(
-        decision.addressee, view.roster
-    ):
+def _for_objects(owner: IntArray, roster: IntArray, values: Any, missing: Any) -> Any:
+    """Return values of the streams ``(T, C, ...)`` in the order of the roster ``(T, K, ...)``.
+
+    ``owner`` ``(T, C)`` is the identity of the object that each stream is for.
+    """
+    if owner.shape == roster.shape and np.array_equal(owner, roster):
         return values
     trailing = (1,) * (values.ndim - 2)
-    if decision.addressee.shape[-1] == 0:
-        return np.full((*view.roster.shape, *values.shape[2:]), missing, dtype=values.dtype)
-    match = decision.addressee[:, None, :] == view.roster[..., None]
-    place = np.argmax(match, axis=-1).reshape(*view.roster.shape, *trailing)
-    found = match.any(axis=-1).reshape(*view.roster.shape, *trailing)
+    if owner.shape[-1] == 0:
+        return np.full((*roster.shape, *values.shape[2:]), missing, dtype=values.dtype)
+    match = owner[:, None, :] == roster[..., None]
+    place = np.argmax(match, axis=-1).reshape(*roster.shape, *trailing)
+    found = match.any(axis=-1).reshape(*roster.shape, *trailing)
     return np.where(found, np.take_along_axis(values, place, axis=1), missing)
 
 
-def _beams(decision: Decision, view: View) -> ComplexArray:
+def _beams(decision: Decision, owner: IntArray, roster: IntArray) -> ComplexArray:
     """Return the beam for each object: zero if none, NaN in omnidirectional and pilot slots."""
-    beams: ComplexArray = _for_objects(decision, view, decision.sent.beams, 0.0)
+    sent = decision.sent.beams
+    if decision.carrier is not None:
+        sent = np.take_along_axis(sent, decision.carrier[..., None], axis=1)
+    beams: ComplexArray = _for_objects(owner, roster, sent, 0.0)
     directional = (decision.mode != Mode.OMNI) & (decision.mode != Mode.PILOT)
     if directional.all():
         return beams
@@ -296,5 +371,6 @@ def _beams(decision: Decision, view: View) -> ComplexArray:
 def first_trial(record: SlotRecord) -> SlotRecord:
     """Return the record of a block's first trial, without the leading axis."""
     shared = ("slot", "time", "uav_position", "uav_velocity", "messages", "decision_seconds")
-    fields = {name: getattr(record, name)[0] for name in SlotRecord.__slots__ if name not in shared}
-    return replace(record, **fields)
+    fields = {name: getattr(record, name) for name in SlotRecord.__slots__ if name not in shared}
+    first: dict[str, Any] = {name: None if v is None else v[0] for name, v in fields.items()}
+    return replace(record, **first)

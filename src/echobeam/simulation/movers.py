@@ -17,7 +17,10 @@ from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import TraceTable
 from echobeam.simulation.randomness import Use, object_normals
 from echobeam.traces import TraceMotion, load_motion, road_between
-from echobeam.values import Array, IntArray, UavState
+from echobeam.values import NOBODY, Array, IntArray, UavState
+
+LAST_SLOT = 2**62
+"""Slot after all others, for objects that never leave."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +79,8 @@ class Kinematic:
         Standard deviations of nature's noise for each slot, rad, m, m/s; None for none. Of the
         noise on angle and distance the part that leaves the object on the road acts
         (`along_road`).
+    first, last
+        ``(K,)``: slots, counted from 0, in which each object is there first and last.
     """
 
     x: Array
@@ -83,6 +88,8 @@ class Kinematic:
     acceleration: Array
     slot_duration: float
     noise: tuple[float, float, float] | None
+    first: IntArray
+    last: IntArray
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -91,7 +98,7 @@ class Kinematic:
 
     def begin(self) -> Ground:
         """Return the objects in the first slot."""
-        return self._ground(self.x[None], self.velocity[None])
+        return self._ground(self.x[None], self.velocity[None], 0)
 
     def advance(self, ground: Ground, slot: int, uav: UavState, seed: int, trials: range) -> Ground:
         """Return the objects one slot later, Eq. (27) with acceleration, plus noise."""
@@ -103,14 +110,22 @@ class Kinematic:
             seen = polar_state(ground.position, ground.velocity, uav)
             moved = moved + along_road(seen, eta[..., :2], self.noise[:2])
             faster = faster + eta[..., 2]
-        return self._ground(moved, faster)
+        enters = self.first == slot + 1
+        if enters.any():
+            moved = np.where(enters, self.x, moved)
+            faster = np.where(enters, self.velocity, faster)
+        return self._ground(moved, faster, slot + 1)
 
-    def _ground(self, x: Array, velocity: Array) -> Ground:
-        zero = np.zeros_like(x)
+    def _ground(self, x: Array, velocity: Array, slot: int) -> Ground:
+        number = np.arange(x.shape[-1])
+        there = (self.first <= slot) & (slot <= self.last)
+        if not there.all():
+            x, velocity = np.where(there, x, np.nan), np.where(there, velocity, np.nan)
+        zero = np.where(there, np.zeros_like(x), np.nan)
         return Ground(
             position=np.stack([x, zero, zero], axis=-1),
             velocity=np.stack([velocity, zero, zero], axis=-1),
-            identity=np.arange(x.shape[-1]),
+            identity=np.where(there, number, NOBODY),
         )
 
 
@@ -154,13 +169,23 @@ def mover_of(scenario: Scenario, flight: Flight) -> Mover:
     if scenario.trace is not None:
         return Traced(_read_trace(scenario, flight))
     angle = np.array([item.angle for item in scenario.objects], dtype=float)
+    slot = scenario.frame.slot
+    ends = [np.inf if item.leaves is None else item.leaves for item in scenario.objects]
     return Kinematic(
         x=initial_distance(angle, scenario.uav.height) * exact_cosine(angle),
         velocity=np.array([item.velocity for item in scenario.objects], dtype=float),
         acceleration=np.array([item.acceleration for item in scenario.objects], dtype=float),
         slot_duration=scenario.frame.slot,
         noise=scenario.truth_stds if scenario.truth.process_noise else None,
+        first=_slot_at([item.appears for item in scenario.objects], slot),
+        last=_slot_at(ends, slot) - 1,
     )
+
+
+def _slot_at(times: list[float], slot: float) -> IntArray:
+    """Return the first slots ``(K,)`` that begin at some times or later, counted from 0."""
+    number = np.ceil(np.array(times, dtype=float) / slot - 1e-6)
+    return np.minimum(number, LAST_SLOT).astype(np.int64)
 
 
 def _read_trace(scenario: Scenario, flight: Flight) -> TraceMotion:

@@ -34,6 +34,8 @@ class Use(IntEnum):
     NOISE = 6
     FLUCTUATION = 7
     SURROUNDINGS = 8
+    DETECTION = 9
+    FALSE_ALARM = 10
 
 
 def object_normals(

@@ -52,10 +52,10 @@ def sense(world: World, decision: Decision) -> Echoes:
     makes of the echo signal, Eq. (11).
     """
     sent, law, scenario = decision.sent, world.scene.law, world.scene.scenario
-    amplitude = _fluctuation(world)
+    amplitude = fluctuation(world)
     strength = np.abs(amplitude) ** 2
     snr = law.snr(sent, world.state) * strength
-    asked = world.addressed(decision) & decision.sensed[:, None, :]
+    asked = world.addressed(decision.addressee) & decision.sensed[:, None, :]
     processed = np.asarray(asked.any(axis=-1))
     variance = law.variance(sent, world.state, snr)
     variance = np.where(processed[..., None], variance, np.inf)
@@ -76,7 +76,7 @@ def sense(world: World, decision: Decision) -> Echoes:
     return Echoes(snr, np.where(measured, ideal + noise, np.nan), variance, strength)
 
 
-def _fluctuation(world: World) -> ComplexArray:
+def fluctuation(world: World) -> ComplexArray:
     """Return each echo's amplitude relative to its mean power, ``(T or 1, K)``."""
     if world.scene.scenario.radar.fluctuation == "none":
         return np.ones((1, world.identity.size), dtype=np.complex128)

@@ -9,6 +9,8 @@ off is no measurement.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from echobeam.physics.array import LinearArray
@@ -31,6 +33,9 @@ of some ten arrays."""
 
 SPARE = 2
 """Echoes that are looked for beyond the objects where the ground or the transmitter echoes too."""
+
+MOST_ECHOES = 8
+"""Echoes that are looked for where nobody says how many objects there are."""
 
 PATCHES, PATCH = 150, 2.0
 """Patches of ground along the road below the UAV, and their length, m."""
@@ -70,6 +75,47 @@ def measure_signal(
     variance = np.full((trials, objects, 3), np.inf)
     if not processed.any():
         return value, variance
+    count = int(world.present.sum()) + SPARE * _has_surroundings(world.scene.scenario.radar)
+    for some, found, truth in _in_parts(world, sent, amplitude, count):
+        value[some], variance[some] = _labelled(world, found, truth, processed[some])
+    return value, variance
+
+
+def detect_in_signal(
+    world: World, sent: Transmission, amplitude: ComplexArray, receives: BoolArray
+) -> tuple[Echo, Array, Array]:
+    """Return all echoes found, ``(T, D)``, and for the record those of the objects.
+
+    How many are looked for does not depend on how many objects there are.
+
+    Parameters
+    ----------
+    world, sent, amplitude
+        As in `measure_signal`.
+    receives
+        ``(T,)``: whether the radar receives.
+
+    Returns
+    -------
+    found, value, variance
+        The echoes; each object's, NaN and infinite where it has none, ``(T, K, 3)``.
+    """
+    trials, objects = len(world.trials), world.identity.size
+    value = np.full((trials, objects, 3), np.nan)
+    variance = np.full((trials, objects, 3), np.inf)
+    parts: list[Echo] = []
+    for some, found, truth in _in_parts(world, sent, amplitude, MOST_ECHOES):
+        parts.append(found)
+        processed = world.present & receives[some, None]
+        value[some], variance[some] = _labelled(world, found, truth, processed)
+    return Echo(*(np.concatenate(one) for one in zip(*parts, strict=True))), value, variance
+
+
+def _in_parts(
+    world: World, sent: Transmission, amplitude: ComplexArray, count: int
+) -> Iterator[tuple[slice, Echo, Array]]:
+    """Yield some trials at a time: which, the echoes found, the objects' ideal measurements."""
+    trials, objects = len(world.trials), world.identity.size
     state = np.broadcast_to(world.state, (trials, objects, 3))
     spread = np.broadcast_to(amplitude, (trials, objects))
     law = world.scene.law
@@ -77,9 +123,13 @@ def measure_signal(
     for first in range(0, trials, step):
         some = slice(first, first + step)
         with one_thread():
-            found, truth = _of_some(world, _part(sent, some), state[some], spread[some], some)
-        value[some], variance[some] = _labelled(world, found, truth, processed[some])
-    return value, variance
+            part = _part(sent, some)
+            found, truth = _of_some(world, part, state[some], spread[some], some, count)
+        yield some, found, truth
+
+
+def _has_surroundings(radar: RadarTable) -> bool:
+    return radar.ground_clutter > 0.0 or radar.self_interference > 0.0
 
 
 def _part(sent: Transmission, trials: slice) -> Transmission:
@@ -87,7 +137,12 @@ def _part(sent: Transmission, trials: slice) -> Transmission:
 
 
 def _of_some(
-    world: World, sent: Transmission, state: Array, amplitude: ComplexArray, some: slice
+    world: World,
+    sent: Transmission,
+    state: Array,
+    amplitude: ComplexArray,
+    some: slice,
+    count: int,
 ) -> tuple[Echo, Array]:
     """Return the echoes found in some trials, and the objects' ideal measurements."""
     radar, radio = world.scene.scenario.radar, world.scene.scenario.radio
@@ -113,7 +168,6 @@ def _of_some(
     size = (law.receiver.n, wave.subcarriers, wave.symbols, 2)
     signal = signal + noise_of(trial_normals(*draws, Use.NOISE, size), noise)
     known = receiver_of(arrays, wave, streams, precoder, noise)
-    count = int(world.present.sum()) + SPARE * (len(parts) > 1)
     processing = Processing(radar.filter, radar.cfar, radar.false_alarm, radar.angle)
     return find_echoes(signal, known, count, processing), ideal
 
@@ -121,7 +175,7 @@ def _of_some(
 def _surroundings(world: World, trials: range) -> list[Scatterers]:
     """Return the patches of ground and the UAV's own transmitter as scatterers, if asked for."""
     radar, scenario = world.scene.scenario.radar, world.scene.scenario
-    if radar.ground_clutter == 0.0 and radar.self_interference == 0.0:
+    if not _has_surroundings(radar):
         return []
     normals = trial_normals(world.seed, trials, world.slot, Use.SURROUNDINGS, (PATCHES + 1, 2))
     drawn = (normals[..., 0] + 1j * normals[..., 1]) / np.sqrt(2.0)

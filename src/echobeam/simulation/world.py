@@ -68,24 +68,41 @@ class World:
         present: BoolArray = self.ground.identity != NOBODY
         return present
 
-    def link(self, decision: Decision) -> Link:
-        """Return SINR and rate at the true channel, Eqs. (7), (8), (10)."""
+    def link(self, decision: Decision, addressee: IntArray) -> Link:
+        """Return SINR and rate at the true channel, Eqs. (7), (8), (10).
+
+        Objects that are served by one stream take turns, with equal shares of the time.
+
+        Parameters
+        ----------
+        decision
+            What is sent.
+        addressee
+            ``(T, C)``: identity of the object that each column of the decision is for.
+        """
         radio = self.scene.scenario.radio
         loss = channel_loss(self.state[..., 1], radio.noise, radio.alpha0)
-        own = self.addressed(decision)
+        own = self.addressed(addressee)
+        taken_in_turns = None
+        if decision.carrier is not None:
+            columns = np.arange(own.shape[-1])
+            carries = decision.carrier[:, None, :] == columns[:, None]  # (T, stream, column)
+            # A track that nobody is behind is served all the same: the UAV does not know.
+            listeners = (carries & (decision.addressee != NOBODY)[:, None, :]).sum(axis=-1)
+            own = np.any(own[:, :, None, :] & carries[:, None], axis=-1)
+            taken_in_turns = np.where(own, listeners[:, None, :], 0).max(axis=-1, initial=1)
         ratio = sinr(decision.sent, own, self.state[..., 0], loss, self.scene.law.transmitter)
-        return Link(ratio, rate(ratio))
+        each = rate(ratio)
+        return Link(ratio, each if taken_in_turns is None else each / taken_in_turns)
 
     def advance(self) -> World:
         """Return nature one slot later."""
         ground = self.scene.mover.advance(self.ground, self.slot, self.uav, self.seed, self.trials)
         return _seen(replace(self, slot=self.slot + 1, ground=ground))
 
-    def addressed(self, decision: Decision) -> BoolArray:
-        """Return ``(T, K, C)``: whether a stream is for an object."""
-        own: BoolArray = (decision.addressee[:, None, :] == self.identity[:, None]) & self.present[
-            :, None
-        ]
+    def addressed(self, addressee: IntArray) -> BoolArray:
+        """Return ``(T, K, C)``: whether a stream is for an object, by identities ``(T, C)``."""
+        own: BoolArray = (addressee[:, None, :] == self.identity[:, None]) & self.present[:, None]
         return own
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.simulation.blocks import Block, trial_axis
-from echobeam.simulation.dataset import VARIABLES, attributes, coordinates, phases
+from echobeam.simulation.dataset import VARIABLES, attributes, coordinates, phases, variables_of
 from echobeam.simulation.layout import disorder
 from echobeam.simulation.scene import Scene
 from echobeam.store.sink import netcdf_file
@@ -105,7 +105,9 @@ def _texts(values: npt.NDArray[np.generic]) -> npt.NDArray[np.object_]:
 
 
 def _create_variables(file: Any, block: Block) -> None:
-    for name, variable in VARIABLES.items():
+    if "track_id" in block.arrays:  # an unlabelled run
+        file.dimensions["track"] = block.arrays["track_id"].shape[-1]
+    for name, variable in variables_of(block.arrays).items():
         dtype = block.arrays[name].dtype
         created = file.create_variable(
             name, variable.dims, np.dtype("i1") if dtype.kind == "b" else dtype
@@ -119,7 +121,7 @@ def _create_variables(file: Any, block: Block) -> None:
 
 
 def _write_block(file: Any, block: Block) -> None:
-    for name in VARIABLES:
+    for name in variables_of(block.arrays):
         values, axis = block.arrays[name], trial_axis(name)
         if not values.size:
             continue
@@ -207,7 +209,7 @@ def _misfit(result: xr.Dataset) -> str:
     for dim in wanted:
         if dim not in result.dims:
             return f"no dimension {dim} (select with a list, such as isel({dim}=[0]), to keep it)"
-    for name, variable in VARIABLES.items():
+    for name, variable in variables_of(result.variables).items():
         if result[name].dims != variable.dims:
             dims, expected = ", ".join(map(str, result[name].dims)), ", ".join(variable.dims)
             joined = set(variable.dims) < set(result[name].dims) <= set(wanted)

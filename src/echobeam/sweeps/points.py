@@ -65,7 +65,7 @@ class PointPiece:
         block = run_block(self.scene, schemes, self.seed, self.trials, advance)
         names = [scheme.name for scheme in schemes]
         figures = statistics_of(block.arrays, point.scenario, names)
-        kept = {KEPT + name: block.arrays[name] for name in point.keep}
+        kept = {KEPT + name: block.arrays[name] for name in point.keep if name in block.arrays}
         return Block(block.first, {**figures, **kept, SECONDS: block.arrays[SECONDS]})
 
 

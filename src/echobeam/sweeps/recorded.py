@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from echobeam.simulation.dataset import VARIABLES
+from echobeam.simulation.dataset import TRACK_VARIABLES, VARIABLES
 from echobeam.store.block_files import BlockFiles
 from echobeam.store.recorded import Done
 from echobeam.store.result import VARY, WHOLE_RESULT, write_dataset, write_result
@@ -23,7 +23,7 @@ from echobeam.sweeps.points import Study, holding
 if TYPE_CHECKING:
     import xarray as xr
 
-WHOLE = tuple(VARIABLES)
+WHOLE = (*VARIABLES, *TRACK_VARIABLES)
 """Variables stored for every point if full results are requested."""
 
 JOB = "job"

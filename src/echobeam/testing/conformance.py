@@ -87,7 +87,8 @@ class Bent:
         return moved
 
 
-_STILL = Kinematic(np.empty(0), np.empty(0), np.empty(0), 1.0, None)
+_NONE = np.empty(0, dtype=np.int64)
+_STILL = Kinematic(np.empty(0), np.empty(0), np.empty(0), 1.0, None, _NONE, _NONE)
 
 BENDS = {
     "the truth": Bent(_STILL, 1),

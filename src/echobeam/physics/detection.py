@@ -1,0 +1,134 @@
+"""Detection of echoes in noise: probability, false alarms, and where false ones are spread."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from echobeam.physics.array import LinearArray
+from echobeam.units import SPEED_OF_LIGHT
+from echobeam.values import Array
+
+TOP_SPEED = 60.0
+"""Speed of the fastest road user, m/s: Doppler shifts beyond it are not looked at."""
+
+
+def detection_probability(
+    snr: npt.ArrayLike, false_alarm: float, *, fluctuating: bool = False
+) -> Array:
+    """Return the probability that an echo exceeds the threshold of its cell.
+
+    A square-law detector in noise of known power has the threshold -ln P_FA. A constant echo
+    exceeds it with Q_1(sqrt(2 SNR), sqrt(-2 ln P_FA)), Marcum's function; one that fluctuates as
+    Swerling I with P_FA^(1 / (1 + SNR)) (Richards, Fundamentals of Radar Signal Processing,
+    6.3).
+
+    Parameters
+    ----------
+    snr
+        ``(...)``: SNR of the cell after all integration, at its mean if it fluctuates.
+    false_alarm
+        P_FA of a cell.
+    fluctuating
+        Whether the echo's amplitude is drawn anew in each slot and not known.
+    """
+    snr = np.maximum(np.asarray(snr, dtype=np.float64), 0.0)
+    if fluctuating:
+        return np.asarray(false_alarm ** (1.0 / (1.0 + snr)))
+    from scipy.stats import ncx2
+
+    probability: Array = ncx2.sf(-2.0 * np.log(false_alarm), 2, 2.0 * np.minimum(snr, 1e6))
+    return probability
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionLaw:
+    """Detection in the cells that a receiver searches, which the UAV knows as its equipment.
+
+    The cells fill the directions that the array tells apart, the delays of the grid, and the
+    Doppler shifts of road users. False alarms of the noise and clutter are uniform over them.
+
+    Attributes
+    ----------
+    receiver
+        The receive array; its gain n is in the SNR of a cell.
+    false_alarm
+        P_FA of a cell.
+    clutter
+        Mean number of detections of no object in a slot, beyond those of the noise.
+    longest
+        Delay, s, up to which echoes are looked for.
+    widest
+        Doppler shift, Hz, up to which (on either side).
+    cells
+        Number of resolution cells.
+    fluctuating
+        Whether echoes fluctuate as Swerling I.
+    """
+
+    receiver: LinearArray
+    false_alarm: float
+    clutter: float
+    longest: float
+    widest: float
+    cells: int
+    fluctuating: bool
+
+    @property
+    def mean_false(self) -> float:
+        """Mean number of detections in a slot that are of no object."""
+        return self.false_alarm * self.cells + self.clutter
+
+    @property
+    def directions(self) -> tuple[float, float]:
+        """Range of the spatial frequency u; a vertical array sees sin(theta), both sides as one."""
+        return (0.0, 1.0) if self.receiver.axis == "vertical" else (-1.0, 1.0)
+
+    def probability(self, snr: Array) -> Array:
+        """Return P_D ``(...)`` for the echo SNR of one receive antenna, Eqs. (14), (16)."""
+        return detection_probability(
+            self.receiver.n * snr, self.false_alarm, fluctuating=self.fluctuating
+        )
+
+    def density(self, angle: Array) -> Array:
+        """Return the density of false detections at an angle ``(...)``, 1 / (rad s Hz).
+
+        They are uniform in u, and so not in the angle: |du / dtheta| is cos or sin of it.
+        """
+        low, high = self.directions
+        slope = np.abs(self.receiver.slope(angle))
+        volume = (high - low) * self.longest * 2.0 * self.widest
+        density: Array = self.mean_false * slope / volume
+        return density
+
+
+def detection_law(
+    receiver: LinearArray,
+    *,
+    false_alarm: float,
+    clutter: float,
+    subcarriers: int,
+    bandwidth: float,
+    pulse_length: float,
+    carrier: float,
+    uav_speed: float,
+    fluctuating: bool,
+) -> DetectionLaw:
+    """Return the detection law of a receiver.
+
+    Delays are searched up to the grid's longest one without ambiguity, N / B; the Doppler shifts
+    up to that of `TOP_SPEED` towards the UAV's own speed. A cell is 1 / B by 1 / T by 1 / N_r.
+    """
+    widest = 2.0 * carrier * (TOP_SPEED + uav_speed) / SPEED_OF_LIGHT
+    doppler_cells = int(np.ceil(2.0 * widest * pulse_length))
+    return DetectionLaw(
+        receiver=receiver,
+        false_alarm=false_alarm,
+        clutter=clutter,
+        longest=subcarriers / bandwidth,
+        widest=widest,
+        cells=subcarriers * doppler_cells * receiver.n,
+        fluctuating=fluctuating,
+    )

@@ -1,0 +1,189 @@
+"""Unlabelled detections of one slot: found, missed and false ones, in the order of their delays.
+
+Under the bound an object is detected with the probability of its echo's SNR and measured with the
+variance of the bound; false detections of noise and clutter are uniform over what is searched. A
+receiver that processes the signal finds, misses and mistakes echoes by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from echobeam.physics.detection import DetectionLaw
+from echobeam.physics.measurement import measure
+from echobeam.schemes.base import Decision
+from echobeam.schemes.configure import detection_of
+from echobeam.sensing.directions import angle_of, mirrored
+from echobeam.simulation.randomness import Use, object_normals, trial_normals
+from echobeam.simulation.sensor import fluctuation
+from echobeam.simulation.signal_sensor import detect_in_signal
+from echobeam.simulation.world import World
+from echobeam.units import SPEED_OF_LIGHT
+from echobeam.values import NOBODY, Array, BoolArray, Detections, IntArray, freeze
+
+RAREST = 1e-9
+"""Probability that a slot has more false detections than columns for them."""
+
+
+class Sensed(NamedTuple):
+    """Echoes of a slot by object, for the record: ``(T, K)`` and ``(T, K, M)``.
+
+    Attributes
+    ----------
+    snr
+        Of each object's echo.
+    measured, measured_var
+        The measurement and the variance stated with it; NaN and infinite without one.
+    true_var
+        The variance with which nature drew it.
+    """
+
+    snr: Array
+    measured: Array
+    measured_var: Array
+    true_var: Array
+
+
+def detect(world: World, decision: Decision) -> tuple[Detections, Sensed]:
+    """Return the detections of the trials in which the radar receives.
+
+    Their variance is the law at the measured place, or at the true one where
+    ``radar.variance = "known"``; a false detection is at its own place in either case.
+    """
+    receives = np.asarray(decision.sensed.any(axis=-1))
+    if world.scene.scenario.radar.model == "signal":
+        return _of_signal(world, decision, receives)
+    return _at_bound(world, decision, receives)
+
+
+def _at_bound(world: World, decision: Decision, receives: BoolArray) -> tuple[Detections, Sensed]:
+    """Return Gaussian measurements of what is detected, and false detections."""
+    scenario, law, sent = world.scene.scenario, world.scene.law, decision.sent
+    seen = detection_of(scenario)
+    draws = (world.seed, world.trials, world.slot)
+    shape = (len(world.trials), *world.state.shape[1:])
+    state = np.broadcast_to(world.state, shape)
+    amplitude = fluctuation(world)
+    with np.errstate(invalid="ignore"):
+        snr = law.snr(sent, state) * np.abs(amplitude) ** 2
+    # The echo's strength is drawn: its probability is that of a constant one of this strength.
+    constant = replace(seen, fluctuating=False)
+    probability = constant.probability(np.nan_to_num(snr, nan=0.0))
+    luck = _uniform(object_normals(*draws, Use.DETECTION, world.identity, 1)[..., 0])
+    truth = _ideal(world)
+    inside = (truth[..., 1] < seen.longest) & (np.abs(truth[..., 2]) < seen.widest)
+    found = world.present & inside & (luck < probability) & receives[:, None]
+    variance = law.variance(sent, state, snr)
+    found &= np.isfinite(variance).all(axis=-1)
+    normals = object_normals(*draws, Use.MEASUREMENT, world.identity, shape[-1])
+    noise = np.sqrt(np.where(found[..., None], variance, 0.0)) * normals
+    value = np.where(found[..., None], truth + noise, np.nan)
+    variance = np.where(found[..., None], variance, np.inf)
+    false = _false(world, seen, receives)
+    everything = np.concatenate([_folded(value, seen), false], axis=1)
+    stated = _law_at(world, decision, everything, _strengths(np.abs(amplitude) ** 2, false, shape))
+    if scenario.radar.variance == "known":
+        stated[:, : found.shape[1]] = variance
+    own = np.where(found[..., None], stated[:, : found.shape[1]], np.inf)
+    return in_order(everything, stated), Sensed(snr, value, own, variance)
+
+
+def _strengths(strength: Array, false: Array, shape: tuple[int, ...]) -> Array:
+    """Return each detection's strength over its mean: the receiver sees it."""
+    own = np.broadcast_to(strength, shape[:2])
+    return np.concatenate([own, np.ones(false.shape[:2])], axis=1)
+
+
+def _law_at(world: World, decision: Decision, value: Array, strength: Array) -> Array:
+    """Return the law of the variance at measured places ``(T, D, 3)``; infinite where NaN."""
+    law, sent = world.scene.law, decision.sent
+    angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
+    place = np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
+    with np.errstate(all="ignore"):
+        snr = law.snr(sent, place) * strength
+        variance = law.variance(sent, place, snr)
+    there = np.isfinite(value[..., 0]) & np.isfinite(variance).all(axis=-1)
+    return np.where(there[..., None], variance, np.inf)
+
+
+def _ideal(world: World) -> Array:
+    """Return the objects' measurements without noise, ``(T or 1, K, 3)``."""
+    angle, distance, velocity = np.moveaxis(world.state, -1, 0)
+    uav, carrier = world.uav, world.scene.scenario.radio.carrier
+    return measure(angle, distance, velocity, uav.speed, uav.heading, carrier)
+
+
+def _folded(value: Array, law: DetectionLaw) -> Array:
+    """Return measurements of which a vertical array gives the angle below 90 degrees."""
+    angle = mirrored(law.receiver, value[..., 0], np.zeros(1))
+    return np.concatenate([angle[..., None], value[..., 1:]], axis=-1)
+
+
+def _false(world: World, law: DetectionLaw, receives: BoolArray) -> Array:
+    """Return false detections ``(T, F, 3)``, uniform over what is searched; NaN beyond their number.
+
+    Their number is drawn from Poisson's law.
+    """
+    from scipy.stats import poisson
+
+    mean = law.mean_false
+    most = int(poisson.isf(RAREST, mean)) if mean > 0.0 else 0
+    draws = trial_normals(world.seed, world.trials, world.slot, Use.FALSE_ALARM, (1 + 3 * most,))
+    uniform = _uniform(draws)
+    count = poisson.ppf(uniform[:, 0], mean) if mean > 0.0 else np.zeros(len(draws))
+    place = uniform[:, 1:].reshape(len(draws), most, 3)
+    low, high = law.directions
+    value = np.stack(
+        [
+            angle_of(law.receiver, low + (high - low) * place[..., 0]),
+            law.longest * place[..., 1],
+            law.widest * (2.0 * place[..., 2] - 1.0),
+        ],
+        axis=-1,
+    )
+    there = (np.arange(most) < count[:, None]) & receives[:, None]
+    return np.where(there[..., None], value, np.nan)
+
+
+def _uniform(normals: Array) -> Array:
+    from scipy.special import ndtr
+
+    uniform: Array = ndtr(normals)
+    return uniform
+
+
+def in_order(value: Array, variance: Array) -> Detections:
+    """Return detections ``(T, D)`` in the order of their delays, which says nothing of whose.
+
+    Those that are none, NaN or of infinite variance, are last, and as many columns are left out as
+    no trial needs.
+    """
+    valid = np.isfinite(value).all(axis=-1) & np.isfinite(variance).all(axis=-1)
+    order: IntArray = np.argsort(np.where(valid, value[..., 1], np.inf), axis=-1, kind="stable")
+    order = order[:, : int(valid.sum(axis=-1).max(initial=0))]
+    valid = np.take_along_axis(valid, order, axis=-1)
+    value = np.take_along_axis(value, order[..., None], axis=-2)
+    variance = np.take_along_axis(variance, order[..., None], axis=-2)
+    value = np.where(valid[..., None], value, np.nan)
+    variance = np.where(valid[..., None], variance, np.inf)
+    label = np.full(valid.shape, NOBODY)
+    freeze(value, variance, valid, label)
+    return Detections(value, variance, valid, label)
+
+
+def _of_signal(world: World, decision: Decision, receives: BoolArray) -> tuple[Detections, Sensed]:
+    """Return the echoes that the receiver finds, and which of them are the objects'."""
+    law, sent = world.scene.law, decision.sent
+    amplitude = fluctuation(world)
+    with np.errstate(invalid="ignore"):
+        snr = law.snr(sent, world.state) * np.abs(amplitude) ** 2
+    found, value, reported = detect_in_signal(world, sent, amplitude, receives)
+    valid = found.valid & receives[:, None]
+    every = np.stack([found.angle, found.delay, found.doppler], axis=-1)
+    every = np.where(valid[..., None], every, np.nan)
+    stated = np.where(valid[..., None], found.variance, np.inf)
+    variance = np.where(np.isfinite(value), law.variance(sent, world.state, snr), np.inf)
+    return in_order(every, stated), Sensed(snr, value, reported, variance)

@@ -1,0 +1,220 @@
+"""Tracks of an unknown number of objects: their columns, their identities and their life.
+
+A track is tentative from its first detection, confirmed once M of the last N slots in which it
+was lit gave a detection, coasting while it is lit and not detected, and deleted after some such
+slots in a row. Columns of deleted tracks are used again; identities are not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from echobeam.brief import Brief
+from echobeam.values import (
+    NOBODY,
+    Array,
+    BoolArray,
+    GaussianState,
+    IntArray,
+    ModeArray,
+    Status,
+    Tracks,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class LifeRules:
+    """Rules of a track's life.
+
+    Attributes
+    ----------
+    confirm, window
+        M and N: detections that confirm a track, of the last N slots in which it was lit.
+    coast
+        Slots in a row without a detection, though lit, after which a track is deleted.
+    """
+
+    confirm: int
+    window: int
+    coast: int
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Bank(Brief):
+    """Tracks of a block of trials, in ``C`` columns; ``H`` hypotheses, the likeliest first.
+
+    Attributes
+    ----------
+    state
+        ``(T, H, C)`` tracks: the belief of each hypothesis about each of them.
+    id
+        ``(T, C)``: identity, counted from 0 in each trial; `NOBODY` in an empty column.
+    status
+        ``(T, C)`` `Status`.
+    recent
+        ``(T, C, N)``: whether the track was detected in its last N lit slots, the latest last.
+    missed
+        ``(T, C)``: lit slots in a row without a detection.
+    spread
+        ``(T, C)`` rad: standard deviation of the last measured angle.
+    next_id
+        ``(T, C)``: identity of the next track in each column.
+    """
+
+    state: GaussianState
+    id: IntArray
+    status: ModeArray
+    recent: BoolArray
+    missed: IntArray
+    spread: Array
+    next_id: IntArray
+
+    @property
+    def roster(self) -> IntArray:
+        """``(T, C)``: identities, in an empty column that of the next track."""
+        return np.where(self.id == NOBODY, self.next_id, self.id)
+
+    @property
+    def tracks(self) -> Tracks:
+        """The tracks of the likeliest hypothesis."""
+        mean, cov = self.state.mean[:, 0], self.state.cov[:, 0]
+        known = self.state.known[:, 0]
+        status = np.where(known, self.status, Status.NONE).astype(np.int8)
+        return Tracks(mean, cov, status, np.where(known, self.id, NOBODY))
+
+
+def empty(trials: int, columns: int, size: int, rules: LifeRules, hypotheses: int = 1) -> Bank:
+    """Return a bank without tracks; ``size`` is the number of components of a state."""
+    shape = (trials, columns)
+    return Bank(
+        state=GaussianState(
+            mean=np.full((trials, hypotheses, columns, size), np.nan),
+            cov=np.full((trials, hypotheses, columns, size, size), np.nan),
+            known=np.zeros((trials, hypotheses, columns), dtype=bool),
+        ),
+        id=np.full(shape, NOBODY),
+        status=np.zeros(shape, dtype=np.int8),
+        recent=np.zeros((*shape, rules.window), dtype=bool),
+        missed=np.zeros(shape, dtype=np.int64),
+        spread=np.full(shape, np.nan),
+        next_id=np.tile(np.arange(columns), (trials, 1)),
+    )
+
+
+def pruned(bank: Bank) -> Bank:
+    """Return the bank without the tracks that the likeliest hypothesis has given up."""
+    return _without(bank, (bank.id != NOBODY) & ~bank.state.known[:, 0])
+
+
+def aged(bank: Bank, detected: BoolArray, lit: BoolArray, rules: LifeRules) -> Bank:
+    """Return the bank one slot older.
+
+    Parameters
+    ----------
+    bank
+        The tracks.
+    detected
+        ``(T, C)``: whether a detection is taken to be the track's.
+    lit
+        ``(T, C)``: whether one was to be expected; a slot in which a track is not lit says
+        nothing about it.
+    rules
+        Rules of life.
+    """
+    there = bank.id != NOBODY
+    detected = detected & there
+    counted = there & (lit | detected)
+    missed = np.where(detected, 0, bank.missed + counted)
+    shifted = np.concatenate([bank.recent[..., 1:], detected[..., None]], axis=-1)
+    recent = np.where(counted[..., None], shifted, bank.recent)
+    confirmed = (bank.status >= Status.CONFIRMED) | (recent.sum(axis=-1) >= rules.confirm)
+    alive = np.where(missed > 0, Status.COASTING, Status.CONFIRMED)
+    status = np.where(there, np.where(confirmed, alive, Status.TENTATIVE), Status.NONE)
+    # A tentative track that can no longer be confirmed within its window is a false alarm.
+    spared = np.where(confirmed, rules.coast, rules.window - rules.confirm + 1)
+    older = replace(bank, status=status.astype(np.int8), recent=recent, missed=missed)
+    return _without(older, there & (missed >= spared))
+
+
+def with_births(
+    bank: Bank,
+    free: BoolArray,
+    first: GaussianState,
+    new: BoolArray,
+    spread: Array,
+    rules: LifeRules,
+) -> tuple[Bank, IntArray]:
+    """Return the bank with new tracks in free columns, as many as there are.
+
+    Parameters
+    ----------
+    bank
+        The tracks.
+    free
+        ``(T, C)``: columns that a track may begin in.
+    first
+        ``(T, D)`` first states.
+    new
+        ``(T, D)``: which of them begin a track; where columns are short, the first ones do.
+    spread
+        ``(T, D)`` rad: standard deviation of the measured angle.
+    rules
+        Rules of life: one detection may be enough.
+
+    Returns
+    -------
+    bank, source
+        ``source`` ``(T, C)``: the detection that began a track in each column; -1 none.
+    """
+    source = np.full(free.shape, -1)
+    new = new & first.known
+    order = np.cumsum(new, axis=-1) - 1
+    new = new & (order < free.sum(axis=-1)[:, None])
+    if not new.any():
+        return bank, source
+    trial, detection = np.nonzero(new)
+    place = np.argsort(~free, axis=-1, kind="stable")  # free columns first, in their order
+    source[trial, place[trial, order[trial, detection]]] = detection
+    begins = source >= 0
+    index = np.maximum(source, 0)
+    mean = np.take_along_axis(first.mean, index[..., None], axis=1)[:, None]
+    cov = np.take_along_axis(first.cov, index[..., None, None], axis=1)[:, None]
+    here, state = begins[:, None], bank.state
+    once = Status.CONFIRMED if rules.confirm == 1 else Status.TENTATIVE
+    latest = np.arange(rules.window) == rules.window - 1
+    highest = bank.next_id.max(axis=-1, keepdims=True)
+    begun = Bank(
+        state=GaussianState(
+            mean=np.where(here[..., None], mean, state.mean),
+            cov=np.where(here[..., None, None], cov, state.cov),
+            known=state.known | here,
+        ),
+        id=np.where(begins, bank.next_id, bank.id),
+        status=np.where(begins, once, bank.status).astype(np.int8),
+        recent=np.where(begins[..., None], latest, bank.recent),
+        missed=np.where(begins, 0, bank.missed),
+        spread=np.where(begins, np.take_along_axis(spread, index, axis=1), bank.spread),
+        next_id=np.where(begins, highest + np.cumsum(begins, axis=-1), bank.next_id),
+    )
+    return begun, source
+
+
+def _without(bank: Bank, gone: BoolArray) -> Bank:
+    if not gone.any():
+        return bank
+    state, everywhere = bank.state, gone[:, None]
+    return replace(
+        bank,
+        state=GaussianState(
+            mean=np.where(everywhere[..., None], np.nan, state.mean),
+            cov=np.where(everywhere[..., None, None], np.nan, state.cov),
+            known=state.known & ~everywhere,
+        ),
+        id=np.where(gone, NOBODY, bank.id),
+        status=np.where(gone, Status.NONE, bank.status).astype(np.int8),
+        recent=bank.recent & ~gone[..., None],
+        missed=np.where(gone, 0, bank.missed),
+        spread=np.where(gone, np.nan, bank.spread),
+    )
