@@ -47,7 +47,11 @@ def json_report(
         "trials": result.sizes["trial"],
         "result": str(path),
         "schemes": {
-            name: {key: getattr(figure, key) for key in SchemeSummary.__slots__}
+            name: {
+                key: value
+                for key in SchemeSummary.__slots__
+                if (value := getattr(figure, key)) is not None
+            }
             for name, figure in figures.items()
         },
         "improvement": None
@@ -102,6 +106,8 @@ def text_report(
         *_ruled([["slot", *figures], *_rows(result, figures, scenario, 10.0**-exponent)]),
         "",
     ]
+    if scenario.radar.detections == "unlabelled":
+        lines += _track_notes(figures)
     headline = improvement(result)
     if headline is not None:
         lines.append(str(headline))
@@ -161,6 +167,30 @@ def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str
         for what, values in listed.items()
         if values
     ]
+
+
+def _track_notes(figures: Mapping[str, SchemeSummary]) -> list[str]:
+    """Return a table of how the objects were found and tracked, for an unlabelled run."""
+    rows = [["", *figures]]
+    for label, name, scale in _TRACK_ROWS:
+        values = [getattr(figure, name) for figure in figures.values()]
+        rows.append([label, *(f"{scale * value:.3g}" for value in values)])
+    return [*aligned(rows), ""]
+
+
+_TRACK_ROWS = (
+    ("GOSPA, m", "frame_gospa", 1.0),
+    ("slots until an object is tracked", "detection_delay", 1.0),
+    ("objects and slots with a track, %", "tracked", 100.0),
+    ("false tracks per 100 slots", "false_tracks", 1.0),
+    ("identity switches per trial", "identity_switches", 1.0),
+    ("slots until a lost object is tracked again", "reacquisition", 1.0),
+    ("objects and slots with a shared beam, %", "shared", 100.0),
+    ("rate lost to delay, bit/s/Hz", "rate_lost_to_delay", 1.0),
+    ("rate lost to gaps, bit/s/Hz", "rate_lost_to_gaps", 1.0),
+    ("rate lost to beams for nobody, bit/s/Hz", "rate_lost_to_false", 1.0),
+)
+"""Rows of that table: label, figure and factor."""
 
 
 def _exponent(scenario: Scenario) -> int:

@@ -12,12 +12,12 @@ import numpy as np
 from echobeam.commands.results import opened
 from echobeam.scenario.checking import checked
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.statistics import NEEDED
+from echobeam.simulation.statistics import NEEDED, needed
 from echobeam.simulation.summary import (
-    PER_SLOT,
-    SCALARS,
     SchemeSummary,
     interval_name,
+    per_slot,
+    scalars,
     summarise,
 )
 from echobeam.store.result import VARY
@@ -32,9 +32,8 @@ if TYPE_CHECKING:
 Row = tuple[float, float, float]
 """Value and the ends of its 95 % interval; NaN without an interval."""
 
-OVER_SLOTS = tuple(name for name in PER_SLOT if name not in ("rate_mean", "rate_over_genie"))
-"""Per-slot quantities that the table shows as means over slots; the other two are given for the
-whole run."""
+UNLABELLED_MARK = "frame_gospa"
+"""Quantity that only sweeps with unlabelled runs have."""
 
 
 def summary(result: xr.Dataset | str | PathLike[str]) -> pd.DataFrame:
@@ -66,46 +65,60 @@ def _table(dataset: xr.Dataset, label: str) -> pd.DataFrame:
     import pandas as pd
 
     if VARY in dataset.attrs:
-        names = [*SCALARS, *map(interval_name, SCALARS), *OVER_SLOTS]
+        unlabelled = UNLABELLED_MARK in dataset
+        of_run, over_slots = scalars(unlabelled=unlabelled), _over_slots(unlabelled)
+        names = [*of_run, *map(interval_name, of_run), *over_slots]
         missing = [name for name in names if name not in dataset]
         if missing:
             raise StoreError(f"{label}: not a whole sweep: {', '.join(missing)} missing")
         dataset = dataset.compute()  # xarray cannot index a file in another order of dimensions
         keys = [str(key) for key in dataset["frame_rate_mean"].dims if key != "scheme"]
-        rows = dict(_rows_of_sweep(dataset, keys))
+        rows = dict(_rows_of_sweep(dataset, keys, unlabelled))
     else:
         keys = []
-        figures = summarise(dataset, _checked_scenario(dataset, label))
+        scenario = _checked_scenario(dataset, label)
+        unlabelled = scenario.radar.detections == "unlabelled"
+        figures = summarise(dataset, scenario)
         rows = {
             (scheme, name): row
             for scheme, figure in figures.items()
-            for name, row in _rows_of_scheme(figure)
+            for name, row in _rows_of_scheme(figure, unlabelled)
         }
-    units = {name: unit for name, (unit, _) in (SCALARS | PER_SLOT).items()}
+    known = scalars(unlabelled=True) | per_slot(unlabelled=True)
+    units = {name: unit for name, (unit, _) in known.items()}
     index = pd.MultiIndex.from_tuples(list(rows), names=[*keys, "scheme", "quantity"])
     table = pd.DataFrame(list(rows.values()), index, ["value", "low", "high"], dtype=float)
     return table.assign(unit=[units[str(place[-1])] for place in rows])
 
 
-def _rows_of_scheme(figure: SchemeSummary) -> Iterator[tuple[str, Row]]:
+def _over_slots(unlabelled: bool) -> list[str]:
+    """Return the per-slot quantities that the table shows as means over slots.
+
+    The rates are left out: they are given for the whole run.
+    """
+    names = per_slot(unlabelled=unlabelled)
+    return [name for name in names if name not in ("rate_mean", "rate_over_genie")]
+
+
+def _rows_of_scheme(figure: SchemeSummary, unlabelled: bool) -> Iterator[tuple[str, Row]]:
     """Yield the quantities of one scheme of a run."""
-    for name in SCALARS:
+    for name in scalars(unlabelled=unlabelled):
         yield name, _row(getattr(figure, name), figure.intervals[name])
-    for name in OVER_SLOTS:
+    for name in _over_slots(unlabelled):
         yield name, _row(_mean(getattr(figure, name)))
 
 
 def _rows_of_sweep(
-    dataset: xr.Dataset, keys: list[str]
+    dataset: xr.Dataset, keys: list[str], unlabelled: bool
 ) -> Iterator[tuple[tuple[object, ...], Row]]:
     """Yield the quantities of every point and scheme of a sweep."""
     axes = [*keys, "scheme"]
     for place in np.ndindex(*(dataset.sizes[axis] for axis in axes)):
         point = dataset.isel(dict(zip(axes, place, strict=True)))
         at = tuple(point[axis].item() for axis in axes)
-        for name in SCALARS:
+        for name in scalars(unlabelled=unlabelled):
             yield (*at, name), _row(point[name].item(), point[interval_name(name)].values)
-        for name in OVER_SLOTS:
+        for name in _over_slots(unlabelled):
             yield (*at, name), _row(_mean(point[name].values))
 
 
@@ -129,8 +142,8 @@ def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
         If the result is incomplete: statistics need every slot and object, and the scheme and
         trial axes.
     """
-    missing = [name for name in NEEDED if name not in result]
     text = result.attrs.get("scenario")
+    missing = [name for name in NEEDED if name not in result]
     if missing or text is None:
         lacks = ", ".join(missing) or "the attribute scenario"
         raise StoreError(f"{label}: not a result of echobeam: {lacks} missing")
@@ -138,6 +151,9 @@ def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
         scenario = checked(Scenario, tomllib.loads(str(text)), label)
     except tomllib.TOMLDecodeError as error:
         raise StoreError(f"{label}: its attribute scenario is no TOML: {error}") from None
+    missing = [name for name in needed(scenario) if name not in result]
+    if missing:
+        raise StoreError(f"{label}: not a result of echobeam: {', '.join(missing)} missing")
     lost = [dim for dim in ("scheme", "trial", "slot", "object") if dim not in result.dims]
     if lost:
         raise StoreError(

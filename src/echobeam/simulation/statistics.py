@@ -21,6 +21,7 @@ from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import CoverageTable
 from echobeam.schemes.configure import system_for
 from echobeam.simulation.bound import bound_terms
+from echobeam.simulation.track_statistics import NEEDED_OF_TRACKS, track_statistics
 from echobeam.tracking.measurement import measurement_jacobian, predict_measurement
 from echobeam.values import Array, BoolArray, Mode
 
@@ -56,6 +57,12 @@ NEEDED = (
 Arrays = Mapping[str, npt.NDArray[np.generic]]
 
 
+def needed(scenario: Scenario) -> tuple[str, ...]:
+    """Return the variables that the statistics of a scenario's result are made of."""
+    unlabelled = scenario.radar.detections == "unlabelled"
+    return (*NEEDED, *NEEDED_OF_TRACKS, "beam") if unlabelled else NEEDED
+
+
 def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> Statistics:
     """Return the statistics of some trials.
 
@@ -77,7 +84,8 @@ def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> S
         ``nis_degrees``, ``below``/``served`` (objects below their floor), ``inside``/``covered``
         (true angles inside the covered interval), ``known``/``there`` (objects with a track);
         all of these once more as sums over each trial's slots and objects, (scheme, trial), see
-        `TRIAL`, where ``known``/``there`` are those of the last slot; and `bound_terms`.
+        `TRIAL`, where ``known``/``there`` are those of the last slot; `bound_terms`; and of
+        unlabelled runs `track_statistics`.
     """
     present = np.asarray(arrays["present"], dtype=bool)
     rate = _floats(arrays["rate"])
@@ -95,6 +103,8 @@ def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> S
     figures |= _sums("there", np.broadcast_to(present, rate.shape), last=True)
     centres = [coverage.centre for coverage in coverages]
     figures |= _errors(arrays) | _innovations(arrays, scenario) | _cover(arrays, centres)
+    if scenario.radar.detections == "unlabelled":
+        figures |= track_statistics(arrays, scenario)
     return figures | bound_terms(arrays, scenario)
 
 

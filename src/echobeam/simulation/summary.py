@@ -22,13 +22,13 @@ from echobeam.estimation.intervals import (
 from echobeam.physics.polar import POLAR
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.bound import TERMS, bound_of
-from echobeam.simulation.dataset import VARIABLES
+from echobeam.simulation.dataset import variables_of
 from echobeam.simulation.layout import from_the_beginning
 from echobeam.simulation.statistics import (
-    NEEDED,
     TRIAL,
     Statistics,
     join,
+    needed,
     of_scheme,
     rmse,
     statistics_of,
@@ -82,6 +82,26 @@ class SchemeSummary:
     rate_over_genie, frame_rate_over_genie
         ``(n,)`` and of the mean over slots: mean sum rate over that of the scheme ``genie``; NaN
         without it.
+    gospa, ospa
+        ``(n,)`` m, unlabelled runs: set distances of the confirmed tracks to the objects, order 2,
+        cutoff 10 m, mean over trials.
+    gospa_localisation, gospa_missed, gospa_false
+        ``(n,)`` m^2, unlabelled runs: the parts of the squared GOSPA, mean over trials.
+    frame_gospa
+        The same over all slots.
+    detection_delay
+        Slots from an object's appearance to its confirmed track, mean over the detected ones.
+    false_tracks
+        Confirmed tracks of nobody, per 100 slots.
+    identity_switches
+        Changes of the track that an object has, per trial.
+    reacquisition
+        Mean length of the gaps in an object's tracks, slots.
+    tracked, shared
+        Shares of object-slots with a confirmed track, and of those with a beam in turns.
+    rate_lost_to_delay, rate_lost_to_gaps, rate_lost_to_false
+        bit/s/Hz of the mean sum rate: what objects not yet tracked, or lost for a time, would
+        have at the mean rate of tracked ones; and what beams for nobody take.
     intervals
         95 % interval of every figure of the whole run, see `SCALARS`: Student's t for means, the
         delta method for ratios of sums over trials, and of the quantile that of its ranks if the
@@ -110,6 +130,21 @@ class SchemeSummary:
     frame_nees: float
     frame_nis: float
     intervals: Mapping[str, tuple[float, float]]
+    gospa: Array | None = None
+    ospa: Array | None = None
+    gospa_localisation: Array | None = None
+    gospa_missed: Array | None = None
+    gospa_false: Array | None = None
+    frame_gospa: float | None = None
+    detection_delay: float | None = None
+    false_tracks: float | None = None
+    identity_switches: float | None = None
+    reacquisition: float | None = None
+    tracked: float | None = None
+    shared: float | None = None
+    rate_lost_to_delay: float | None = None
+    rate_lost_to_gaps: float | None = None
+    rate_lost_to_false: float | None = None
 
 
 SCALARS = {
@@ -136,6 +171,37 @@ PER_SLOT = {
     "rate_over_genie": ("1", "mean sum rate over the genie's"),
 }
 """Figures of a scheme by their name, of a run and of each slot: unit and meaning."""
+
+TRACK_SCALARS = {
+    "frame_gospa": ("m", "GOSPA of the confirmed tracks over all slots"),
+    "detection_delay": ("1", "slots from an object's appearance to its confirmed track"),
+    "false_tracks": ("1", "confirmed tracks of nobody, per 100 slots"),
+    "identity_switches": ("1", "identity switches per trial"),
+    "reacquisition": ("1", "mean length of the gaps in an object's tracks, slots"),
+    "tracked": ("1", "share of objects and slots with a confirmed track"),
+    "shared": ("1", "share of objects and slots with a beam shared in turns"),
+    "rate_lost_to_delay": ("bit/s/Hz", "mean sum rate lost before objects are tracked"),
+    "rate_lost_to_gaps": ("bit/s/Hz", "mean sum rate lost while objects are lost"),
+    "rate_lost_to_false": ("bit/s/Hz", "mean sum rate lost to beams for nobody"),
+}
+TRACK_PER_SLOT = {
+    "gospa": ("m", "GOSPA of the confirmed tracks"),
+    "ospa": ("m", "OSPA of the confirmed tracks"),
+    "gospa_localisation": ("m^2", "part of the squared GOSPA of tracks off their objects"),
+    "gospa_missed": ("m^2", "part of the squared GOSPA of objects without a track"),
+    "gospa_false": ("m^2", "part of the squared GOSPA of tracks without an object"),
+}
+"""The same of unlabelled runs, besides the others."""
+
+
+def scalars(*, unlabelled: bool) -> dict[str, tuple[str, str]]:
+    """Return the figures of a run, by name: unit and meaning."""
+    return SCALARS | TRACK_SCALARS if unlabelled else SCALARS
+
+
+def per_slot(*, unlabelled: bool) -> dict[str, tuple[str, str]]:
+    """Return the figures of each slot, by name: unit and meaning."""
+    return PER_SLOT | TRACK_PER_SLOT if unlabelled else PER_SLOT
 
 
 def interval_name(quantity: str) -> str:
@@ -178,7 +244,8 @@ def result_statistics(result: xr.Dataset, scenario: Scenario) -> Statistics:
     Those of the bound are left out if the first slots are cut off.
     """
     names = [str(name) for name in result["scheme"].values]
-    whole = join([statistics_of(arrays, scenario, names) for arrays in _chunks(result)])
+    wanted = needed(scenario)
+    whole = join([statistics_of(arrays, scenario, names) for arrays in _chunks(result, wanted)])
     left_out = () if from_the_beginning(result) else TERMS
     return {name: values for name, values in whole.items() if name not in left_out}
 
@@ -255,9 +322,13 @@ def improvement(
 def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None) -> SchemeSummary:
     sum_rate = part["sum_rate"]
     best = np.zeros(sum_rate.shape) if genie is None else genie
+    unlabelled = scenario.radar.detections == "unlabelled"
+    of_tracks = _tracks_per_slot(part) if unlabelled else {}
     frames = sum_rate.reshape(len(sum_rate), -1, scenario.frame.slots_per_frame).mean(axis=-1)
     rate_mean, rate_interval = mean_interval(sum_rate)
     whole = _whole_run(part, frames, best)
+    if unlabelled:
+        whole |= _tracks_of_run(part)
     return SchemeSummary(
         rate_mean=rate_mean,
         rate_interval=rate_interval,
@@ -271,6 +342,7 @@ def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None)
         fallbacks=int(part["fallback"].sum()),
         rate_over_genie=quotient(rate_mean, best.mean(axis=0)),
         intervals={name: interval for name, (_, interval) in whole.items()},
+        **of_tracks,
         **{name: value for name, (value, _) in whole.items() if name != "fallbacks"},
     )
 
@@ -295,6 +367,30 @@ def _whole_run(
         "lost": (1.0 - lost[0], (1.0 - lost[1][1], 1.0 - lost[1][0])),
         "fallbacks": (share * slots.sum(), (fewest * slots.sum(), most * slots.sum())),
         "frame_rate_over_genie": ratio_of_means(per_trial, best.mean(axis=-1)),
+    }
+
+
+def _tracks_per_slot(part: Statistics) -> dict[str, Array]:
+    """Return the figures of the tracks in each slot."""
+    trials = len(part["sum_rate"])
+    return {name: part[name] / trials for name in TRACK_PER_SLOT}
+
+
+def _tracks_of_run(part: Statistics) -> dict[str, tuple[float, tuple[float, float]]]:
+    """Return the figures of the tracks over the whole run with their intervals over trials."""
+    slots = np.full(len(part["sum_rate"]), float(part["sum_rate"].shape[-1]))
+    each = quotient(part[f"{TRIAL}rate_tracked"].sum(), part[f"{TRIAL}tracked"].sum())
+    return {
+        "frame_gospa": _positive_ratio(part[f"{TRIAL}gospa"], slots),
+        "detection_delay": _of_trials(part, "delay", "detected"),
+        "false_tracks": _positive_ratio(100.0 * part[f"{TRIAL}false"], slots),
+        "identity_switches": _positive_ratio(part[f"{TRIAL}switches"], np.ones_like(slots)),
+        "reacquisition": _of_trials(part, "gap", "with_gaps"),
+        "tracked": _share_of_trials(part, "tracked", "there"),
+        "shared": _share_of_trials(part, "shared", "there"),
+        "rate_lost_to_delay": _positive_ratio(each * part[f"{TRIAL}before"], slots),
+        "rate_lost_to_gaps": _positive_ratio(each * part[f"{TRIAL}lost"], slots),
+        "rate_lost_to_false": _positive_ratio(part[f"{TRIAL}rate_false"], slots),
     }
 
 
@@ -332,12 +428,14 @@ def _pair(value: npt.ArrayLike, ends: Array) -> tuple[float, tuple[float, float]
     return float(np.asarray(value)), (float(ends[0]), float(ends[1]))
 
 
-def _chunks(result: xr.Dataset) -> Iterator[dict[str, npt.NDArray[np.generic]]]:
+def _chunks(
+    result: xr.Dataset, wanted: Sequence[str]
+) -> Iterator[dict[str, npt.NDArray[np.generic]]]:
     """Yield what the statistics need, some trials at a time, with axes in the file's order."""
-    dims = {name: variable.dims for name, variable in VARIABLES.items()}
+    dims = {name: variable.dims for name, variable in variables_of(wanted).items()}
     for first in range(0, result.sizes["trial"], CHUNK):
         part = result.isel(trial=slice(first, first + CHUNK))
-        yield {name: part[name].transpose(*dims[name]).values for name in NEEDED}
+        yield {name: part[name].transpose(*dims[name]).values for name in wanted}
 
 
 def _slot_rate(result: xr.Dataset, scheme: int, slot: int) -> Array:

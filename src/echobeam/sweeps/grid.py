@@ -17,10 +17,10 @@ from echobeam.scenario.load import Source, load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.dataset import attributes
 from echobeam.simulation.summary import (
-    PER_SLOT,
-    SCALARS,
     SLOT_MEANS,
     SchemeSummary,
+    per_slot,
+    scalars,
     interval_name,
     summarise_statistics,
 )
@@ -262,22 +262,25 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
         str,
         tuple[tuple[str, ...], np.ndarray[tuple[int, ...], np.dtype[np.float64]], dict[str, str]],
     ] = {}
-    for name, (units, words) in (SCALARS | PER_SLOT).items():
-        per_slot = name in PER_SLOT
+    unlabelled = any(p.scenario.radar.detections == "unlabelled" for p in study.points)
+    of_run, of_slots = scalars(unlabelled=unlabelled), per_slot(unlabelled=unlabelled)
+    for name, (units, words) in (of_run | of_slots).items():
+        has_slots = name in of_slots
         values = np.array(
             [
-                [_padded(point[scheme], name, n_slots if per_slot else 0) for scheme in names]
+                [_padded(point[scheme], name, n_slots if has_slots else 0) for scheme in names]
                 for point in figures
             ]
         )
         data[name] = (
-            (*dims, "scheme", *(("slot",) if per_slot else ())),
+            (*dims, "scheme", *(("slot",) if has_slots else ())),
             values.reshape(*shape, *values.shape[1:]),
             {"units": units, "long_name": words},
         )
-    for name, (units, _) in SCALARS.items():
+    unknown = (np.nan, np.nan)
+    for name, (units, _) in of_run.items():
         intervals = np.array(
-            [[point[scheme].intervals[name] for scheme in names] for point in figures]
+            [[point[scheme].intervals.get(name, unknown) for scheme in names] for point in figures]
         )
         data[interval_name(name)] = (
             (*dims, "scheme", "end"),
@@ -304,7 +307,8 @@ def tidy_csv(dataset: xr.Dataset, path: Path) -> None:
     The first columns are the varied keys and the scheme.
     """
     rates = dataset["frame_rate_interval"]
-    flat = dataset[list(SCALARS)].assign({name: dataset[name].mean("slot") for name in SLOT_MEANS})
+    of_run = [name for name in scalars(unlabelled=True) if name in dataset]
+    flat = dataset[of_run].assign({name: dataset[name].mean("slot") for name in SLOT_MEANS})
     flat = flat.assign(
         frame_rate_low=rates.sel(end="low", drop=True),
         frame_rate_high=rates.sel(end="high", drop=True),
@@ -326,7 +330,7 @@ def scheme_names(study: Study) -> list[str]:
 
 
 def _padded(figure: SchemeSummary, name: str, n_slots: int) -> object:
-    value = np.asarray(getattr(figure, name), dtype=float)
+    value = np.asarray(getattr(figure, name), dtype=float)  # None, of labelled runs, is NaN
     if n_slots == 0:
         return value
     padded = np.full(n_slots, np.nan)
