@@ -1,9 +1,12 @@
 """Continuity of unlabelled tracks over a run: switches, delays, gaps, false and missing tracks.
 
 All functions read the same record of N slots: which track each column holds and whether it is
-confirmed, to which object it is matched (see `set_distance.gospa`, given the confirmed tracks
-alone, since a tentative track would take an object away from them), and which objects are present.
-Only confirmed tracks count. Results are for each trial; delays and gaps are in slots.
+confirmed, to which object it is matched, and which objects are present. Only confirmed tracks
+count. Results are for each trial; delays and gaps are in slots.
+
+Match the confirmed tracks alone, since a tentative one would take an object away from them, and by
+`correspondence.correspond`: the best matching of each slot for itself (`set_distance.gospa`) swaps
+tracks that stay on their objects wherever these are closer than the errors.
 
 Switches are those of CLEAR MOT: Bernardin and Stiefelhagen, "Evaluating multiple object tracking
 performance: the CLEAR MOT metrics", EURASIP J. Image Video Process. (2008).
