@@ -177,6 +177,11 @@ def test_leading_axes_are_kept_and_broadcast() -> None:
             np.testing.assert_array_equal(ours[scheme], theirs)
 
 
+def test_without_trials_there_is_nothing_to_count() -> None:
+    record = random_record(np.random.default_rng(0), 0, 5, 2, 3)
+    assert [one.shape for one in measured(record)] == [(0,), (0, 3), (0,), (0,), (0,)]
+
+
 def test_trials_share_no_identities() -> None:
     """The same number in two trials is two tracks: false in one, on its object in the other."""
     both = [story("aaa", present="+++"), story("AAA", present="+++")]
@@ -191,8 +196,10 @@ def test_bad_records_are_refused() -> None:
         identity_switches(*two)
     with pytest.raises(InputError, match="not present"):
         tracked_share(*story("AA", present="+.")[1:])
-    with pytest.raises(InputError, match="none of the 1 objects"):
+    with pytest.raises(InputError, match="beyond the 1 objects"):
         detection_delay(*good._replace(matched=np.array([[1, -1], [0, -1]]))[1:])
+    with pytest.raises(InputError, match="below -1"):
+        false_tracks(*good._replace(matched=np.full((2, 2), -2))[:3])
     for metric, arrays in ((identity_switches, slice(0, 4)), (false_tracks, slice(0, 3))):
         nobody = good._replace(identity=np.full((2, 2), -1))
         with pytest.raises(InputError, match="no identity"):

@@ -1,9 +1,12 @@
 """Continuity of unlabelled tracks over a run: switches, delays, gaps, false and missing tracks.
 
 All functions read the same record of N slots: which track each column holds and whether it is
-confirmed, to which object it is matched (see `set_distance.gospa`, given the confirmed tracks
-alone, since a tentative track would take an object away from them), and which objects are present.
-Only confirmed tracks count. Results are for each trial; delays and gaps are in slots.
+confirmed, to which object it is matched, and which objects are present. Only confirmed tracks
+count. Results are for each trial; delays and gaps are in slots.
+
+Match the confirmed tracks alone, since a tentative one would take an object away from them, and by
+`correspondence.correspond`: the best matching of each slot for itself (`set_distance.gospa`) swaps
+tracks that stay on their objects wherever these are closer than the errors.
 
 Switches are those of CLEAR MOT: Bernardin and Stiefelhagen, "Evaluating multiple object tracking
 performance: the CLEAR MOT metrics", EURASIP J. Image Video Process. (2008).
@@ -117,17 +120,17 @@ def false_tracks(identity: IntArray, confirmed: BoolArray, matched: IntArray) ->
     Raises
     ------
     InputError
-        Shapes that do not fit, or a confirmed track without identity.
+        Shapes that do not fit, a confirmed track without identity, or one matched below -1.
     """
     identity, confirmed, matched = _columns(identity, confirmed, matched)
-    batch = identity.shape[:-2]
+    *batch, slots, columns = identity.shape
     trials = int(np.prod(batch))
-    trial = np.nonzero(confirmed.reshape(trials, -1))[0]
+    trial = np.flatnonzero(confirmed) // max(slots * columns, 1)
     owners = np.stack([trial, identity[confirmed]], axis=-1)
     tracks, of = np.unique(owners, axis=0, return_inverse=True)
     alone = np.bincount(of.ravel(), matched[confirmed] == UNMATCHED, minlength=len(tracks))
-    slots = np.bincount(of.ravel(), minlength=len(tracks))
-    false = tracks[2 * alone > slots, 0]
+    all_slots = np.bincount(of.ravel(), minlength=len(tracks))
+    false = tracks[2 * alone > all_slots, 0]
     return np.bincount(false, minlength=trials).reshape(batch)
 
 
@@ -168,8 +171,8 @@ def _holders(
     if here.shape[-2:-1] != (slots,):
         raise InputError(f"present needs {slots} slots and the objects, not {here.shape}")
     objects = here.shape[-1]
-    if np.any(confirmed & (matched != UNMATCHED) & ((matched < 0) | (matched >= objects))):
-        raise InputError(f"a confirmed track is matched to none of the {objects} objects")
+    if np.any(confirmed & (matched >= objects)):
+        raise InputError(f"a confirmed track is matched beyond the {objects} objects")
     try:
         batch = np.broadcast_shapes(confirmed.shape[:-2], here.shape[:-2])
     except ValueError as fault:
@@ -199,4 +202,6 @@ def _columns(
         raise InputError("the trials of identity, confirmed and matched differ") from fault
     if np.any(given[1] & (given[0] <= NOBODY)):
         raise InputError("a confirmed track has no identity")
+    if np.any(given[1] & (given[2] < UNMATCHED)):
+        raise InputError(f"a confirmed track is matched to an object below {UNMATCHED}")
     return given[0], given[1], given[2]
