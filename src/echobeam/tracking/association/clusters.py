@@ -43,8 +43,8 @@ def clusters_of(possible: BoolArray) -> Iterator[Clusters]:
     n_scans, n_tracks, _ = possible.shape
     track_label, detection_label = _labels(possible)
     base = np.arange(n_scans)[:, None] * n_tracks
-    track = _grouped(base + track_label, possible.any(axis=2))
-    detection = _grouped(base + detection_label, possible.any(axis=1))
+    track = _grouped(base + track_label, np.any(possible, axis=2))
+    detection = _grouped(base + detection_label, np.any(possible, axis=1))
     if not track.size.size:
         return
     shape = track.size * (possible.shape[2] + 1) + detection.size
@@ -69,7 +69,7 @@ class _Grouped(NamedTuple):
         return found
 
 
-def _grouped(label: IntArray, linked: BoolArray) -> _Grouped:
+def _grouped(label: IntArray, linked: BoolArray | np.bool_) -> _Grouped:
     """Sort the linked columns of all scans by their label; within one they stay in order."""
     column = np.nonzero(linked)[1]
     label = label[linked]

@@ -118,4 +118,5 @@ def _summed(state: Array, add: np.ufunc) -> Array:
     while len(state) > 1:
         half = len(state) // 2
         state = add(state[:half], state[half:])
-    return state[0]
+    total: Array = state[0]
+    return total

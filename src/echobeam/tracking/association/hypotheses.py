@@ -111,6 +111,8 @@ def grow(hypotheses: Hypotheses, pairs: Pairs, keep: int, window: int) -> Growth
             f"misses of shape {pairs.missed.shape} do not fit hypotheses: "
             f"{(*lead, n_before, n_tracks)} is needed"
         )
+    if not hypotheses.alive.any(axis=-1).all():
+        raise InputError("each batch needs a hypothesis of finite weight")
     size = prod(lead)
     before = hypotheses.log_weight.reshape(size, n_before)
     history = hypotheses.history.reshape(size, n_before, -1, n_tracks)

@@ -19,7 +19,7 @@ from echobeam.values import Array
 EXACT_UP_TO = 10
 """Tracks or detections of a cluster, the fewer of the two, up to which it is summed exactly."""
 
-_WHOLE_UP_TO = 3
+_WHOLE_UP_TO = 5
 """The same for whole scans: below it, taking them apart costs more than the sum."""
 
 

@@ -24,7 +24,7 @@ def nearest(pairs: Pairs) -> IntArray:
         Of a scan.
     """
     log_odds, missed, lead = flattened(pairs)
-    size, n_tracks, n_detections = log_odds.shape
+    n_tracks, n_detections = log_odds.shape[1:]
     gain = np.maximum(log_odds - missed[..., None], 0.0)
     if not gain.size:
         return np.full((*lead, n_tracks), NOBODY)
