@@ -127,7 +127,7 @@ class RadarTable(Table):
     false_alarm: Annotated[Number, Field(gt=0, lt=0.1)] = 1e-6
     """Probability that a cell of noise passes for an echo."""
     detections: Literal["labelled", "unlabelled"] = "labelled"
-    """Somebody says whose an echo is (the paper), or nobody: objects are found, missed, confused."""
+    """Somebody says whose an echo is, as in the paper, or nobody does."""
     clutter: Annotated[Number, Field(ge=0, le=100)] = 0.0
     """Mean number of detections in a slot that are of no object, beyond those of the noise."""
     angle: Literal["glrt", "capon"] = "glrt"

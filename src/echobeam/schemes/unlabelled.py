@@ -1,4 +1,4 @@
-"""A scheme of parts without labels: its detections are associated to tracks that it starts and ends.
+"""A scheme of parts on unlabelled detections, which are associated to tracks of its own.
 
 The frame and the beamer are the scheme's own and see tracks in place of objects. Detections are
 associated by an extended Kalman filter's predictions. It is the scheme's tracker where that is

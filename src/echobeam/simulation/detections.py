@@ -123,7 +123,7 @@ def _folded(value: Array, law: DetectionLaw) -> Array:
 
 
 def _false(world: World, law: DetectionLaw, receives: BoolArray) -> Array:
-    """Return false detections ``(T, F, 3)``, uniform over what is searched; NaN beyond their number.
+    """Return false detections ``(T, F, 3)``, uniform over what is searched; NaN for none.
 
     Their number is drawn from Poisson's law.
     """

@@ -350,7 +350,7 @@ def _for_objects(owner: IntArray, roster: IntArray, values: Any, missing: Any) -
     trailing = (1,) * (values.ndim - 2)
     if owner.shape[-1] == 0:
         return np.full((*roster.shape, *values.shape[2:]), missing, dtype=values.dtype)
-    match = owner[:, None, :] == roster[..., None]
+    match = (owner[:, None, :] == roster[..., None]) & (roster != NOBODY)[..., None]
     place = np.argmax(match, axis=-1).reshape(*roster.shape, *trailing)
     found = match.any(axis=-1).reshape(*roster.shape, *trailing)
     return np.where(found, np.take_along_axis(values, place, axis=1), missing)

@@ -10,7 +10,7 @@ from echobeam.physics.variance_law import VarianceLaw
 from echobeam.sensing.directions import mirrored
 from echobeam.simulation.sensor import Echoes
 from echobeam.units import SPEED_OF_LIGHT
-from echobeam.values import Array, BoolArray, Detections, IntArray, Tracks, Transmission, freeze
+from echobeam.values import NOBODY, Array, BoolArray, Detections, IntArray, Tracks, Transmission, freeze
 
 Knowledge = Literal["predicted", "known"]
 
@@ -85,7 +85,7 @@ def by_identity(tracks: Tracks, label: IntArray, values: Array | BoolArray) -> A
     trailing = (1,) * (numbers.ndim - 2)
     if tracks.id.shape[-1] == 0:
         return np.full((*label.shape, *numbers.shape[2:]), np.nan)
-    match = tracks.id[:, None, :] == label[..., None]
+    match = (tracks.id[:, None, :] == label[..., None]) & (label != NOBODY)[..., None]
     place = np.argmax(match, axis=-1).reshape(*label.shape, *trailing)
     found = match.any(axis=-1).reshape(*label.shape, *trailing)
     return np.where(found, np.take_along_axis(numbers, place, axis=1), np.nan)

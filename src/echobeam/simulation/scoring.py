@@ -38,7 +38,7 @@ class Score:
     identity: IntArray
 
     def of(self, id: IntArray) -> IntArray:
-        """Return the objects' identities ``(T, ...)`` of tracks of these identities ``(T, ...)``."""
+        """Return the identities of the objects ``(T, ...)`` of tracks ``(T, ...)``."""
         if self.id.shape[-1] == 0:
             return np.full(id.shape, NOBODY)
         same = (id[..., None] == self.id[:, None, :]) & (id != NOBODY)[..., None]

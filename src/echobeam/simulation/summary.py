@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -323,12 +323,13 @@ def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None)
     sum_rate = part["sum_rate"]
     best = np.zeros(sum_rate.shape) if genie is None else genie
     unlabelled = scenario.radar.detections == "unlabelled"
-    of_tracks = _tracks_per_slot(part) if unlabelled else {}
+    of_tracks: dict[str, Any] = _tracks_per_slot(part) if unlabelled else {}
     frames = sum_rate.reshape(len(sum_rate), -1, scenario.frame.slots_per_frame).mean(axis=-1)
     rate_mean, rate_interval = mean_interval(sum_rate)
     whole = _whole_run(part, frames, best)
     if unlabelled:
         whole |= _tracks_of_run(part)
+    of_run: dict[str, Any] = {k: value for k, (value, _) in whole.items() if k != "fallbacks"}
     return SchemeSummary(
         rate_mean=rate_mean,
         rate_interval=rate_interval,
@@ -343,7 +344,7 @@ def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None)
         rate_over_genie=quotient(rate_mean, best.mean(axis=0)),
         intervals={name: interval for name, (_, interval) in whole.items()},
         **of_tracks,
-        **{name: value for name, (value, _) in whole.items() if name != "fallbacks"},
+        **of_run,
     )
 
 
@@ -386,8 +387,8 @@ def _tracks_of_run(part: Statistics) -> dict[str, tuple[float, tuple[float, floa
         "false_tracks": _positive_ratio(100.0 * part[f"{TRIAL}false"], slots),
         "identity_switches": _positive_ratio(part[f"{TRIAL}switches"], np.ones_like(slots)),
         "reacquisition": _of_trials(part, "gap", "with_gaps"),
-        "tracked": _share_of_trials(part, "tracked", "there"),
-        "shared": _share_of_trials(part, "shared", "there"),
+        "tracked": _share_of_trials(part, "tracked", "present"),
+        "shared": _share_of_trials(part, "shared", "present"),
         "rate_lost_to_delay": _positive_ratio(each * part[f"{TRIAL}before"], slots),
         "rate_lost_to_gaps": _positive_ratio(each * part[f"{TRIAL}lost"], slots),
         "rate_lost_to_false": _positive_ratio(part[f"{TRIAL}rate_false"], slots),

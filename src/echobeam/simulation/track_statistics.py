@@ -49,7 +49,7 @@ def track_statistics(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
         ``trial_gospa``, over slots; ``trial_delay`` and ``trial_detected``: sum of the delays and
         number of the objects detected; ``trial_switches``, ``trial_false``: identity switches
         and false tracks; ``trial_gap`` and ``trial_with_gaps``: mean gap in slots, and whether
-        there is one; object-slots ``trial_there``, ``trial_tracked``, ``trial_before`` (of an
+        there is one; object-slots ``trial_present``, ``trial_tracked``, ``trial_before`` (of an
         object not yet detected), ``trial_lost`` (of one detected before) and ``trial_shared``;
         ``trial_rate_tracked``: rate of the tracked ones; ``trial_rate_false``: see `_wasted`.
     """
@@ -61,8 +61,8 @@ def _of_scheme(arrays: Arrays, index: int, scenario: Scenario) -> dict[str, Arra
     status = np.asarray(arrays["track_status"][index])
     confirmed: BoolArray = status >= Status.CONFIRMED
     state = np.asarray(arrays["track_state"][index], dtype=np.float64)
-    truth, present = np.asarray(arrays["truth"], dtype=np.float64), np.asarray(arrays["present"])
-    present = present.astype(bool)
+    truth = np.asarray(arrays["truth"], dtype=np.float64)
+    present: BoolArray = np.asarray(arrays["present"], dtype=bool)
     figures = _set_distances(confirmed, state, truth, present, scenario)
     id = np.asarray(arrays["track_id"][index], dtype=np.int64)
     about = np.asarray(arrays["track_object"][index], dtype=np.int64)
@@ -83,7 +83,7 @@ def _of_scheme(arrays: Arrays, index: int, scenario: Scenario) -> dict[str, Arra
         "trial_false": false_tracks(id, confirmed, about).astype(float),
         "trial_gap": np.nan_to_num(gap),
         "trial_with_gaps": np.isfinite(gap).astype(float),
-        "trial_there": there.sum(axis=(-2, -1)).astype(float),
+        "trial_present": there.sum(axis=(-2, -1)).astype(float),
         "trial_tracked": found.sum(axis=(-2, -1)).astype(float),
         "trial_before": before.sum(axis=(-2, -1)).astype(float),
         "trial_lost": (there & ~found & ~before).sum(axis=(-2, -1)).astype(float),

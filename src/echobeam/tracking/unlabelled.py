@@ -186,9 +186,9 @@ def _of(values: Any, parent: IntArray) -> Any:
 
 
 def _used(known: BoolArray) -> int:
-    """Return the number of columns up to the last one with a track."""
+    """Return the number of columns up to the last one with a track, at least one."""
     used = np.nonzero(known.any(axis=(0, 1)))[0]
-    return int(used[-1]) + 1 if used.size else 0
+    return int(used[-1]) + 1 if used.size else 1
 
 
 def _pairs(
