@@ -109,8 +109,8 @@ def summary(made: Traffic) -> list[str]:
     low, high = made.stretch
     name = shlex.quote(str(made.path))
     return [
-        f"{made.vehicles} vehicles in {made.duration:g} s, {made.at_once:.1f} at once on average "
-        f"and {made.most_at_once} at most",
+        f"{made.vehicles} vehicle{'s' * (made.vehicles != 1)} in {made.duration:g} s, "
+        f"{made.at_once:.1f} at once on average and {made.most_at_once} at most",
         f"speeds {made.slowest:.1f} to {made.fastest:.1f} m/s, mean {made.mean_speed:.1f} m/s; "
         f"x from {low:.1f} to {high:.1f} m",
         f"trace: {made.path}",

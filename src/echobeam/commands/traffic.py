@@ -192,8 +192,12 @@ def record_traffic(wanted: Wanted, bar: Bar) -> Traffic:
     assert simulator is not None
     clear_leftovers(wanted.out)
     packed = wanted.out.name.endswith(".gz")
-    with replacing(wanted.out) as place, bar("traffic: simulation") as progress:
-        tally = make_trace(plan, simulator, place, packed, progress)
+    try:
+        with replacing(wanted.out) as place, bar("traffic: simulation") as progress:
+            tally = make_trace(plan, simulator, place, packed, progress)
+    except OSError as error:  # a full disk names no file
+        name = error.filename or str(wanted.out)
+        raise OSError(error.errno, error.strerror, name) from None
     return _made(wanted.out, plan, tally)
 
 
