@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from echobeam.commands.traffic import Wanted
+from echobeam.commands.traffic_request import Wanted
 from echobeam.faults import InputError, RunError
 from echobeam.traces.source import read_samples
 from echobeam.traces.traffic import documents, simulator

@@ -76,7 +76,8 @@ def command(
     echobeam traffic --vehicles 60 --length "2 km" --speed "90 km/h" --out trace.xml.gz
     """
     from echobeam.commands.progress import progress_bar
-    from echobeam.commands.traffic import Wanted, record_traffic
+    from echobeam.commands.traffic import record_traffic
+    from echobeam.commands.traffic_request import Wanted
 
     wanted = Wanted(
         out, vehicles, length, speed, lanes, both_directions, duration, step, seed, force
