@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from echobeam.commands.simulate import simulate
     from echobeam.commands.summary import summary
     from echobeam.commands.sweep import sweep
+    from echobeam.commands.traffic import Traffic, traffic
     from echobeam.faults import InputError, RunError
     from echobeam.physics.array import ArrayError, LinearArray
     from echobeam.physics.planar import PlanarArray
@@ -81,6 +82,7 @@ _HOME = {
     "System": "schemes.base",
     "Tracker": "schemes.parts",
     "Tracks": "values",
+    "Traffic": "commands.traffic",
     "Transmission": "values",
     "UavState": "values",
     "View": "schemes.base",
@@ -97,6 +99,7 @@ _HOME = {
     "slots": "simulation.run",
     "summary": "commands.summary",
     "sweep": "commands.sweep",
+    "traffic": "commands.traffic",
 }
 
 _ROOMS = ("schemes", "testing")
@@ -132,6 +135,7 @@ __all__ = [
     "System",
     "Tracker",
     "Tracks",
+    "Traffic",
     "Transmission",
     "UavState",
     "View",
@@ -151,6 +155,7 @@ __all__ = [
     "summary",
     "sweep",
     "testing",
+    "traffic",
 ]
 
 

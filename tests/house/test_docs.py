@@ -372,6 +372,15 @@ def test_the_options_of_run_are_all_there() -> None:
     assert [code(row[0]).split()[1] for row in tables(page("index"), "Command")] == list(COMMANDS)
 
 
+def test_the_options_of_traffic_are_all_there() -> None:
+    command = cli.get_command(click.Context(cli), "traffic")
+    assert command is not None
+    rows = tables(page("command-line"), "Option of `traffic`")
+    named = {o for row in rows for o in re.findall(r"`(--[\w-]+)`", row[0])}
+    options = {o for p in command.params for o in p.opts if o.startswith("--")}
+    assert named == options - {"--force"}  # described with --out
+
+
 def test_make_targets_exist() -> None:
     targets = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
     for path in TEXTS:

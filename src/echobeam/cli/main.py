@@ -28,6 +28,7 @@ COMMANDS = {
     "sweep": "Run a grid of scenarios.",
     "beam": "Design the beams of one slot from a JSON problem.",
     "sense": "Check the receiver's estimators against the Cramer-Rao bounds.",
+    "traffic": "Make a trace of vehicles on a road with the traffic simulator SUMO.",
     "bench": "Time the slot decision of every method on the same problems.",
     "reproduce": "Reproduce the paper's figures and judge its claims.",
     "compile": "Compile the beam solver now, and print where it is stored.",

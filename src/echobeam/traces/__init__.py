@@ -5,7 +5,7 @@ split at impossible steps (`breaks`). A first pass surveys it (`survey`, `totals
 (`road`, `outline`) and compares speeds, times and positions (`speeds`, `clock`), so that an
 inconsistent trace is refused (`check`, `causes`). A second pass selects the samples of the slots
 (`collect`) and corrects them (`repair`); `motion` interpolates them, and `service` chooses the
-vehicles that are served.
+vehicles that are served. `traffic` makes such files with a traffic simulator.
 """
 
 from echobeam.traces.load import load_motion
