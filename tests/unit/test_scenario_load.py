@@ -22,6 +22,9 @@ OF_SIGNALS = {
 }  # fmt: skip
 """Keys of the radar that only a preset with signals writes out."""
 
+OF_DETECTION = {"detections", "clutter"}
+"""Keys of the radar that only an unlabelled preset writes out, besides the false-alarm rate."""
+
 PAPER = [name for name in BUILT_IN if name.startswith("paper")]
 
 
@@ -38,11 +41,17 @@ def test_a_preset_is_complete(name):
     for table, field in Scenario.model_fields.items():
         if table in ("trace", "objects", "scheme_parameters"):
             continue
+        unlabelled = document["radar"].get("detections") == "unlabelled"
+        if table == "tracks" and not unlabelled:
+            assert table not in document
+            continue
         assert table in document, table
         keys = set(getattr(field.annotation, "model_fields", {}))
         follows = keys & FOLLOWING.get(table, set())
         if table == "radar" and document[table]["model"] == "crb":
-            follows = OF_SIGNALS
+            follows = OF_SIGNALS - {"false_alarm"} if unlabelled else OF_SIGNALS | OF_DETECTION
+        elif table == "radar":
+            follows = OF_DETECTION
         assert keys - follows == set(document[table] if keys else ()), table
 
 

@@ -128,7 +128,7 @@ def test_parameters_are_frozen_and_travel():
         (
             "scheme_parameters={}",
             "scheme_parameters: unknown key; accepted here: name, description, schemes, trials, "
-            "array, radio, radar, uav, objects, frame, filter, coverage, truth, trace",
+            "array, radio, radar, uav, objects, frame, filter, coverage, tracks, truth, trace",
         ),
     ],
 )

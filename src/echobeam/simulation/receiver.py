@@ -10,7 +10,16 @@ from echobeam.physics.variance_law import VarianceLaw
 from echobeam.sensing.directions import mirrored
 from echobeam.simulation.sensor import Echoes
 from echobeam.units import SPEED_OF_LIGHT
-from echobeam.values import NOBODY, Array, BoolArray, Detections, IntArray, Tracks, Transmission, freeze
+from echobeam.values import (
+    NOBODY,
+    Array,
+    BoolArray,
+    Detections,
+    IntArray,
+    Tracks,
+    Transmission,
+    freeze,
+)
 
 Knowledge = Literal["predicted", "known"]
 
