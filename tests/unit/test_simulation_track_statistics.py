@@ -181,7 +181,7 @@ def test_the_summary_is_made_of_these_sums():
 def record(about, identities, status=None, present=None):
     """A record of one scheme, one trial and two objects; rows of slots, columns of tracks."""
     about, identities = np.array(about), np.array(identities)
-    slots, columns = about.shape
+    slots = len(about)
     there = np.ones((slots, 2), bool) if present is None else np.array(present, bool)
     x = np.array([0.0, 50.0])
     truth = np.stack([np.arctan2(HEIGHT, x), np.hypot(HEIGHT, x), 0.0 * x], axis=-1)
