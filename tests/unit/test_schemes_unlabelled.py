@@ -11,7 +11,7 @@ from scipy.stats import chi2
 import echobeam as eb
 from echobeam.physics import transmission
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.base import Decision, no_tracks
+from echobeam.schemes.base import Decision, SchemeError, no_tracks
 from echobeam.schemes.configure import configure
 from echobeam.schemes.registry import available
 from echobeam.simulation.loop import run_slots
@@ -353,6 +353,44 @@ def test_a_users_whole_scheme_has_detections_and_tracks_of_its_own():
     assert (result["track_object"].values[0, :, 1:, 0] == 0).all()
 
 
+@dataclass(frozen=True)
+class Reporting(Whole):
+    """A user's scheme that reports as many tracks as a function of the slot says."""
+
+    ids: object = None
+
+    def transmit(self, prior, view):
+        decision = super().transmit(Believed(no_tracks(np.full((view.n_trials, 1), NOBODY))), view)
+        return decision
+
+    def update(self, prior, detections, view):
+        ids = np.tile(np.array(self.ids(view.slot)), (view.n_trials, 1))
+        mean = np.broadcast_to([1.1, 112.0, 0.0], (*ids.shape, 3))
+        cov = np.broadcast_to(np.eye(3), (*ids.shape, 3, 3))
+        status = np.full(ids.shape, Status.CONFIRMED, dtype=np.int8)
+        return Believed(Tracks(mean, cov, status, ids))
+
+
+def test_a_users_scheme_may_have_more_tracks_in_one_slot_than_in_another():
+    growing = Reporting(ids=lambda slot: list(range(min(slot, 9))))
+    result = eb.simulate(scenario_of(ONE), [growing, "omni"], trials=2)
+    count = (result["track_id"].values[0] != NOBODY).sum(axis=-1)
+    assert count.tolist() == [[min(slot, 9) for slot in range(1, 21)]] * 2
+
+
+@pytest.mark.parametrize(
+    ("ids", "words"),
+    [
+        (lambda slot: [NOBODY, 2], "tracks from update of slot 1: the id of a known track is neg"),
+        (lambda slot: [2, 0, 2], "two known tracks have the id 2; expected one of its own"),
+        (lambda slot: list(range(20)), "20 columns; expected at most tracks.capacity, 16"),
+    ],
+)
+def test_tracks_that_cannot_be_told_apart_are_one_clear_message(ids, words):
+    with pytest.raises(SchemeError, match=words):
+        eb.simulate(scenario_of(ONE), [Reporting(ids=ids)], trials=2)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("axis", ["vertical", "horizontal"])
 def test_a_receiver_that_processes_the_signal_finds_and_tracks(axis):
@@ -371,6 +409,6 @@ def test_a_receiver_that_processes_the_signal_finds_and_tracks(axis):
 @pytest.mark.slow
 def test_two_processes_give_the_same_numbers():
     scenario = scenario_of(THREE, **{"frame.frames": 2})
-    one, two = (eb.simulate(scenario, ["water-filling"], trials=600, jobs=j) for j in (1, 2))
+    one, two = (eb.simulate(scenario, ["water-filling"], trials=140, jobs=j) for j in (1, 2))
     for name in ("rate", "track_state", "track_id", "track_object", "shared", "mode", "estimated"):
         np.testing.assert_array_equal(one[name].values, two[name].values, err_msg=name)
