@@ -264,6 +264,14 @@ def test_more_objects_than_tracks_are_no_fault():
         assert result.sizes["track"] == 1
 
 
+def test_a_genie_has_a_track_of_every_object_whatever_the_capacity_of_others():
+    scenario = scenario_of(THREE, **{"tracks.capacity": 1})
+    result = eb.simulate(scenario, ["genie", "water-filling"], trials=2)
+    assert result.sizes["track"] == 3
+    assert (result["track_id"].values[0] != NOBODY).sum(axis=-1)[0, 8] == 3
+    assert (result["track_id"].values[1, ..., 1:] == NOBODY).all()
+
+
 def test_an_object_behind_is_served_by_a_track_ahead():
     """A vertical array has its mirror image; beams, rates and the record are the object's."""
     behind = scenario_of([{"angle": np.pi - 1.1, "velocity": 5.0}], **CLEAR)

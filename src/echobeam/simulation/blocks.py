@@ -126,8 +126,13 @@ def run_block(
 
 
 def track_columns(scenario: Scenario, schemes: Sequence[ConfiguredScheme]) -> int:
-    """Return the number of tracks that a result has columns for: the largest capacity."""
-    return max([scenario.tracks.capacity, *(one.system.tracks.capacity for one in schemes)])
+    """Return the number of tracks that a result has columns for: the largest capacity.
+
+    A scheme that sees the truth has a track for each object, whatever the capacity of others.
+    """
+    seen = [scenario.n_objects for one in schemes if one.scheme.omniscient]
+    capacities = [one.system.tracks.capacity for one in schemes]
+    return max([scenario.tracks.capacity, *capacities, *seen])
 
 
 def _in_columns(
