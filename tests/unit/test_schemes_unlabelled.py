@@ -414,6 +414,24 @@ def test_a_receiver_that_processes_the_signal_finds_and_tracks(axis):
     assert np.nanmax(np.abs(error[..., 1])) < 3.0
 
 
+@pytest.mark.parametrize("angle", ["glrt", "capon"])
+def test_a_receiver_hears_nothing_where_there_is_nothing_or_nothing_is_sent(angle):
+    own = {"radar.model": "signal", "radar.clutter": 0.0, "radar.angle": angle, "array.n_tx": 2}
+    empty = scenario_of([], **own, **{"frame.frames": 1})
+    result = eb.simulate(empty, ["temporal"], trials=2)
+    assert (result["mode"].values == Mode.OMNI).all()
+
+    def silent(prior, view):
+        return np.zeros((*prior.known.shape, view.system.array.n_tx))
+
+    for detections in ("labelled", "unlabelled"):
+        scenario = scenario_of(ONE, **own, **{"radar.detections": detections, "frame.frames": 1})
+        result = eb.simulate(scenario.replace({"radio.power": 1e6}), [silent], trials=2)
+        quiet = result["mode"].values[0] == Mode.DIRECTIONAL
+        assert quiet.any()
+        assert np.isnan(result["measured"].values[0][quiet]).all()
+
+
 @pytest.mark.slow
 def test_two_processes_give_the_same_numbers():
     scenario = scenario_of(THREE, **{"frame.frames": 2})
