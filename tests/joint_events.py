@@ -24,9 +24,7 @@ def events(n_tracks: int, n_detections: int) -> list[tuple[int, ...]]:
 
 def log_weight(event: tuple[int, ...], log_odds: Array, missed: Array) -> float:
     """Return the logarithm of an event's weight."""
-    return float(
-        sum(missed[c] if d < 0 else log_odds[c, d] for c, d in enumerate(event))
-    )
+    return float(sum(missed[c] if d < 0 else log_odds[c, d] for c, d in enumerate(event)))
 
 
 def possible_events(log_odds: Array, missed: Array) -> dict[tuple[int, ...], float]:
@@ -77,9 +75,7 @@ def forest(rng: np.random.Generator, n_tracks: int, n_detections: int) -> Pairs:
 def small_pairs(draw: st.DrawFn) -> Pairs:
     """Draw a scan of up to four tracks and five detections, with odds of any size and none."""
     n_tracks, n_detections = draw(st.integers(1, 4)), draw(st.integers(0, 5))
-    odds = st.one_of(
-        st.just(-np.inf), st.floats(-5.0, 10.0), st.floats(-690.0, 690.0)
-    )
+    odds = st.one_of(st.just(-np.inf), st.floats(-5.0, 10.0), st.floats(-690.0, 690.0))
     miss = st.one_of(st.just(0.0), st.floats(-36.0, 0.0), st.just(log(2.2e-16)))
     size = n_tracks * n_detections
     log_odds = draw(st.lists(odds, min_size=size, max_size=size))
