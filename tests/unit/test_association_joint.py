@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from scipy.optimize import linear_sum_assignment
+from scipy.stats import binom
 
 from echobeam.tracking.association import Pairs, association_probabilities, belief
 from echobeam.tracking.association.belief import believed_probabilities
@@ -132,20 +133,16 @@ def test_belief_propagation_is_exact_without_cycles() -> None:
         np.testing.assert_allclose(found, probabilities(*pairs), atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("spread", "share", "half", "most"),
-    [(1, 0.3, 0.04, 0.16), (1, 1.0, 0.04, 0.16), (3, 0.3, 0.05, 0.35), (3, 1.0, 0.05, 0.35)],
-)
-def test_belief_propagation_is_near_on_loops(
-    spread: float, share: float, half: float, most: float
-) -> None:
-    """The bounds are those that `believed_probabilities` documents, for these odds."""
+@pytest.mark.parametrize(("spread", "most"), [(1.0, 0.07), (3.0, 0.17)])
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_belief_propagation_is_near_on_loops(share: float, spread: float, most: float) -> None:
+    """Errors are below the documented one in 99 % of scans; false alarm 1e-4 (binomial)."""
     pairs = random_pairs(np.random.default_rng(6), (1000,), 6, 6, share, spread)
     exact = association_probabilities(pairs)
     loopy = association_probabilities(pairs, exact_up_to=0)
     error = np.abs(loopy - exact).max(axis=(1, 2))
-    assert 0.01 < error.max() < most
-    assert np.median(error) < half
+    assert 1 <= np.count_nonzero(error > 0.01)  # there are loops
+    assert np.count_nonzero(error > most) <= binom.ppf(1 - 1e-4, 1000, 0.01)
     np.testing.assert_allclose(loopy.sum(axis=-1), 1.0, rtol=1e-12)
     assert (loopy[..., 1:].sum(axis=-2) <= 1 + 1e-8).all()  # detections, at convergence
 
