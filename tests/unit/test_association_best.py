@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from echobeam.tracking.association import Pairs, best, k_best, nearest
+from echobeam.tracking.association import Pairs, best, k_best, nearest, search
 from echobeam.tracking.association.murty import ranked_assignments
 
 from ..joint_events import log_weight, possible_events, random_pairs, small_pairs
@@ -35,13 +37,14 @@ def test_the_best_events_are_those_of_brute_force(pairs: Pairs, k: int) -> None:
     check(pairs, k)
 
 
-@pytest.mark.parametrize("method", ["clusters", "Murty"])
+@pytest.mark.parametrize("widths", [(4, 16), (1, 2), ()], ids=["search", "narrow", "Murty"])
 @pytest.mark.parametrize("k", [1, 5, 40])
 def test_every_way_to_find_them_agrees_with_brute_force(
-    monkeypatch: pytest.MonkeyPatch, method: str, k: int
+    monkeypatch: pytest.MonkeyPatch, widths: tuple[int, ...], k: int
 ) -> None:
     """Limits on enumeration are lowered, so that small scans take the way of large ones."""
-    monkeypatch.setattr(best, "_MOST_EVENTS", 8 if method == "clusters" else 0)
+    monkeypatch.setattr(best, "_MOST_EVENTS", 0)
+    monkeypatch.setattr(search, "_WIDTHS", widths)
     rng = np.random.default_rng(1)
     for share in (0.2, 0.5, 1.0):
         for shape in ((3, 4), (4, 3), (5, 5), (2, 6)):
@@ -57,6 +60,19 @@ def test_a_batch_has_the_events_of_its_scans() -> None:
             alone = k_best(Pairs(pairs.log_odds[index], pairs.missed[index]), 6)
             assert np.array_equal(assignment[index], alone[0])
             assert np.array_equal(weight[index], alone[1])
+
+
+@given(small_pairs(), st.sampled_from([1, 3, 10]))
+def test_the_search_has_the_weights_of_brute_force_for_odds_of_any_size(
+    pairs: Pairs, k: int
+) -> None:
+    gain = pairs.log_odds - pairs.missed[:, None]
+    _, found = search.searched(gain[None], k)
+    expected = sorted(possible_events(*pairs).values(), reverse=True)[:k]
+    np.testing.assert_allclose(
+        found[0, : len(expected)] + pairs.missed.sum(), expected, rtol=1e-9, atol=1e-9
+    )
+    assert (found[0, len(expected) :] == -np.inf).all()
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 1.0])
@@ -85,6 +101,16 @@ def test_murtys_algorithm_and_enumeration_have_the_same_events() -> None:
         ranked = [tuple(event.tolist()) for event in ranked_assignments(gain)]
         assignment, _ = k_best(pairs, len(ranked))
         assert ranked == [tuple(event) for event in assignment.tolist()]
+
+
+@pytest.mark.parametrize("shape", [(6, 8), (10, 10)])
+def test_murtys_algorithm_and_the_search_have_the_same_events(shape: tuple[int, int]) -> None:
+    pairs = random_pairs(np.random.default_rng(6), (12,), *shape, 0.8)
+    gain = pairs.log_odds - pairs.missed[..., None]
+    assignment, _ = k_best(pairs, 20)
+    for one in range(12):
+        ranked = [tuple(event.tolist()) for event in islice(ranked_assignments(gain[one]), 20)]
+        assert ranked == [tuple(event) for event in assignment[one].tolist()]
 
 
 @given(small_pairs())

@@ -53,6 +53,7 @@ def test_joint_probabilistic_association_has_the_stated_error_and_swaps(run: Cro
     assert swapped(means).sum() == 3  # 5.0 %
 
 
+@pytest.mark.slow
 def test_a_window_of_hypotheses_swaps_fewer_labels_than_the_nearest_neighbour() -> None:
     """Sign test at 1 % over the seeds in which one of the two swaps, of 200 other seeds."""
     run = crossing(range(SEEDS, SEEDS + 200))

@@ -3,10 +3,11 @@
 Williams and Lau, Approximate evaluation of marginal association probabilities with belief
 propagation, IEEE Trans. Aerospace and Electronic Systems 50(4), 2014: each track sends each of its
 detections the odds that it has it, and each detection answers. The result is exact where the graph
-of possible pairs has no cycle, and the iteration always converges (ibid., section IV). It starts
-from the prices of the best assignment: from equal messages it creeps where nearly nothing is
-missed, as the messages have to fall by the odds' whole range, one unit of a logarithm or less at a
-time.
+of possible pairs has no cycle, and the iteration always converges (ibid., section IV).
+
+It starts from prices of the best assignment, half-way between the least and the greatest. From
+equal messages it creeps where nearly nothing is missed: messages then have to fall by the whole
+range of the odds, one unit of their logarithm or less at a time.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.tracking.association.arithmetic import LINEAR, LOGARITHMIC, Arithmetic, scaled
-from echobeam.tracking.association.prices import middle_prices
+from echobeam.tracking.association.prices import price_range
 from echobeam.values import Array
 
 TOLERANCE = 1e-10
@@ -56,8 +57,9 @@ def believed_probabilities(log_odds: Array, missed: Array) -> Array:
 def _iterated(log_odds: Array, missed: Array, arithmetic: Arithmetic) -> Array:
     """Return the probabilities after the iteration."""
     pair, miss = arithmetic.of_log(log_odds), arithmetic.of_log(missed)[..., None]
-    price = middle_prices(log_odds, missed)[:, None, :]
-    answer = arithmetic.of_log(np.broadcast_to(-price, pair.shape))
+    least, greatest = price_range(log_odds, missed)
+    middle = 0.5 * (least + greatest)[:, None, :]
+    answer = arithmetic.of_log(np.broadcast_to(-middle, pair.shape))
     result = _probabilities(pair, miss, answer, arithmetic)
     active = np.arange(len(pair))
     for _ in range(MOST_ITERATIONS // _BETWEEN_CHECKS):

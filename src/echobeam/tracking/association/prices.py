@@ -14,8 +14,10 @@ from echobeam.tracking.association.pairs import Pairs
 from echobeam.values import Array, IntArray
 
 
-def middle_prices(log_odds: Array, missed: Array) -> Array:
-    """Return logarithms of prices ``(B, D)``, half-way between the least and the greatest.
+def price_range(log_odds: Array, missed: Array) -> tuple[Array, Array]:
+    """Return logarithms of the least and of the greatest prices, ``(B, D)`` each.
+
+    Prices between them, on the straight line, are prices as well.
 
     Parameters
     ----------
@@ -37,7 +39,7 @@ def middle_prices(log_odds: Array, missed: Array) -> Array:
     least = _least(gain, worth, own)
     profit = _least(gain.swapaxes(1, 2), np.take_along_axis(sold, owner, axis=1), owner)
     greatest = np.take_along_axis(sold - np.pad(profit, ((0, 0), (0, 1))), owner, axis=1)
-    return 0.5 * (least + greatest)
+    return least, greatest
 
 
 def _least(gain: Array, worth: Array, own: IntArray) -> Array:
