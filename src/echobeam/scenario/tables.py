@@ -234,7 +234,7 @@ class TracksTable(Table):
     """Probability with which a track's own detection is inside its gate."""
     confirm: Annotated[Count, Field(le=100)] = 2
     """Detections that confirm a track, of the last `window` slots in which it was lit."""
-    window: Annotated[Count, Field(le=100)] = 3
+    window: Annotated[Count, Field(le=100, validate_default=True)] = 3
     """Slots of that window."""
     coast: Annotated[Count, Field(le=1000)] = 5
     """Slots in a row without a detection, though lit, after which a track is deleted."""
