@@ -130,7 +130,7 @@ def scene_panel(scene: Scene) -> Panel:
                   width=2.0, legend=False)  # fmt: skip
     return Panel(
         Axis(_ROAD.name, "m", limits=(low[0], high[0])),
-        Axis("Height", "m", limits=(low[1] - 0.08 * height, high[1] + 0.05 * height)),
+        Axis("Height", "m", limits=(low[1] - 0.08 * height, high[1] + 0.1 * height)),
         (road, *series),
         notes=tuple(notes),
         equal=bool(width < _FLATTEST * height),
