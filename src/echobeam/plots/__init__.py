@@ -78,10 +78,10 @@ def figures(
         return {SWEEP: sweep(result, chosen)}
     source = Source(result, chosen)
     asked = list(kinds) or [kind for kind in of_run if kind in KINDS or source.unlabelled]
-    for kind in OF_TRACKS.keys() & set(asked):
-        if not source.unlabelled:
-            raise PlotError(
-                f"{kind}: a picture of tracks of unlabelled detections; those of this run are "
-                'labelled (radar.detections = "unlabelled" makes others)'
-            )
+    without = [kind for kind in asked if kind in OF_TRACKS and not source.unlabelled]
+    if without:
+        raise PlotError(
+            f"no picture of {', '.join(without)}: the detections of this run are labelled, so it "
+            'has no tracks of their own (radar.detections = "unlabelled")'
+        )
     return {kind: of_run[kind](source) for kind in asked}

@@ -44,12 +44,7 @@ def _panel(source: Source, axis: Axis, name: str) -> Panel:
         values = source.pool(source.parts[scheme][name]) / (source.trials * source.pooled)
         shown = np.where(values > _ZERO, values, np.nan) if axis.log else values
         series.append(Series(scheme, source.x, shown, look=source.looks[scheme]))
-    high = max((float(np.nanmax(one.y)) for one in series if not one.empty), default=0.0)
-    limits = (-0.03 * high, 1.06 * high) if high > 0.0 and not axis.log else (None, None)
-    return Panel(
-        source.slot_axis(), replace(axis, limits=limits), tuple(series),
-        guides=source.omni_guides(), empty="no confirmed track of an object",
-    )  # fmt: skip
+    return _drawn(source, axis, series)
 
 
 def _numbers(source: Source) -> Panel:
@@ -70,7 +65,14 @@ def _numbers(source: Source) -> Panel:
         Series(scheme, source.x, mean(tracks[index]), look=source.looks[scheme])
         for index, scheme in enumerate(source.names)
     ]
+    return _drawn(source, Axis("Objects and tracks"), series)
+
+
+def _drawn(source: Source, axis: Axis, series: list[Series]) -> Panel:
+    """Return a panel over slots, its axis from zero unless it is logarithmic."""
+    high = max((float(np.nanmax(one.y)) for one in series if not one.empty), default=0.0) or 1.0
+    limits = (None, None) if axis.log else (-0.03 * high, 1.06 * high)
     return Panel(
-        source.slot_axis(), Axis("Objects and confirmed tracks"), tuple(series),
-        guides=source.omni_guides(),
+        source.slot_axis(), replace(axis, limits=limits), tuple(series),
+        guides=source.omni_guides(), empty="no confirmed track of an object",
     )  # fmt: skip

@@ -43,12 +43,33 @@ class Track(NamedTuple):
     """Track of one identity: places ``x`` (slot,) in m, NaN without it, ``status`` and ``about``.
 
     ``about`` is the identity of the object that it was scored against, `NOBODY` for none.
+    ``birth`` is the index of its first slot, and ``ever`` whether it was about an object in any.
     """
 
     id: int
     x: Array
     status: IntArray
     about: IntArray
+    birth: int
+    ever: bool
+
+    def within(self, slots: slice) -> Track:
+        """Return the track in some of the slots, with the birth counted from their first."""
+        return self._replace(
+            x=self.x[slots], status=self.status[slots], about=self.about[slots],
+            birth=self.birth - slots.start,
+        )  # fmt: skip
+
+    @property
+    def colour(self) -> str:
+        """Colour by the identity, and that of false tracks if it was never about an object."""
+        return _COLOURS[self.id % len(_COLOURS)] if self.ever else VERMILION
+
+    @property
+    def false(self) -> BoolArray:
+        """Slots in which the track is confirmed and about no object."""
+        false: BoolArray = (self.status >= Status.CONFIRMED) & (self.about == NOBODY)
+        return false
 
 
 def tracks(source: Source) -> FigureData:
@@ -63,19 +84,20 @@ def tracks(source: Source) -> FigureData:
     one = source.one_trial(
         "identity", "position", "uav_position", "mode", "track_id", "track_status",
         "track_object", "track_state",
-    ).isel(slot=source.stretch).transpose("slot", "object", "track", "state", "axis")  # fmt: skip
-    slots = one["slot"].values.astype(float)
+    ).transpose("slot", "object", "track", "state", "axis")  # fmt: skip
     vertical = source.scenario.array.axis == "vertical"
     uav = one["uav_position"].values[:, :1]
     true = one["position"].values[..., 0]
     along = one["track_state"].values[..., 1] * np.cos(one["track_state"].values[..., 0])
     true, along = (np.abs(true - uav), np.abs(along)) if vertical else (true, uav + along)
     id, status, about = (one[f"track_{name}"].values for name in ("id", "status", "object"))
-    found = read_tracks(id, status, about, along)
+    found = [track.within(source.stretch) for track in read_tracks(id, status, about, along)]
+    found = [track for track in found if np.isfinite(track.x).any()]
+    one = one.isel(slot=source.stretch)
+    slots = one["slot"].values.astype(float)
     series = [part for track in found for part in _track_series(track, slots)]
-    series += _object_series(one["identity"].values, true, slots)
-    if (crosses := _false_series(found, slots)) is not None:
-        series.append(crosses)
+    series += _object_series(one["identity"].values, true[source.stretch], slots)
+    series += _false_series(found, slots)
     name = "|x| from the UAV, both sides as one" if vertical else "Position along the road"
     panel = Panel(
         source.slot_axis(), Axis(name, "m"), tuple(series), guides=_omni(one["mode"].values, slots),
@@ -101,32 +123,21 @@ def read_tracks(id: IntArray, status: IntArray, about: IntArray, along: Array) -
         # one column at most in each slot: the largest value is that of the track
         x = np.where(own.any(axis=1), np.where(own, along, -np.inf).max(axis=1), np.nan)
         stage = np.where(own, status, Status.NONE).max(axis=1)
-        found.append(Track(int(one), x, stage, np.where(own, about, NOBODY).max(axis=1)))
+        whom = np.where(own, about, NOBODY).max(axis=1)
+        birth, ever = int(np.argmax(own.any(axis=1))), bool((whom != NOBODY).any())
+        found.append(Track(int(one), x, stage, whom, birth, ever))
     return found
 
 
 def _key(found: list[Track]) -> tuple[tuple[str, Look], ...]:
     """Return the legend of what is drawn."""
-    entries = [("object", Look(BLACK)), ("appears", _APPEARS), ("leaves", _LEAVES)]
+    entries = [("object", Look(BLACK))]
     for status, style in _LINES.items():
         if any((track.status == status).any() for track in found):
             entries.append((f"{status.name.lower()} track", Look(BLUE, "", style)))
-    if any(_colour(track) == VERMILION for track in found):
+    if not all(track.ever for track in found):
         entries.append(("track never of an object", Look(VERMILION, "", DOTTED)))
-    if any(_false(track).any() for track in found):
-        entries.append(("confirmed track of no object", _FALSE))
     return tuple(entries)
-
-
-def _colour(track: Track) -> str:
-    """Return the colour of a track, by its identity if it was ever about an object."""
-    return _COLOURS[track.id % len(_COLOURS)] if (track.about != NOBODY).any() else VERMILION
-
-
-def _false(track: Track) -> BoolArray:
-    """Return the slots in which a track was confirmed and about no object."""
-    false: BoolArray = (track.status >= Status.CONFIRMED) & (track.about == NOBODY)
-    return false
 
 
 def _track_series(track: Track, slots: Array) -> list[Series]:
@@ -134,10 +145,11 @@ def _track_series(track: Track, slots: Array) -> list[Series]:
 
     The stage of a slot has the line up to the next slot.
     """
-    colour, name = _colour(track), f"track {track.id}"
-    birth = np.flatnonzero(np.isfinite(track.x))[:1]
-    parts = [Series(f"{name}, first slot", slots[birth], track.x[birth], look=Look(colour, "."),
-                    kind="points", legend=False)]  # fmt: skip
+    colour, name, parts = track.colour, f"track {track.id}", []
+    if track.birth >= 0:
+        first = slice(track.birth, track.birth + 1)
+        parts.append(Series(f"{name}, first slot", slots[first], track.x[first],
+                            look=Look(colour, "."), kind="points", legend=False))  # fmt: skip
     for status, style in _LINES.items():
         own = track.status == status
         spells = np.flatnonzero(np.diff(own, prepend=False, append=False)).reshape(-1, 2)
@@ -171,20 +183,19 @@ def _object_series(identity: IntArray, true: Array, slots: Array) -> list[Series
         if places:
             at, column = np.array(places).T
             series.append(
-                Series(name, slots[at], true[at, column], look=look, kind="points", legend=False,
-                       hollow=True)
-            )  # fmt: skip
+                Series(name, slots[at], true[at, column], look=look, kind="points", hollow=True)
+            )
     return series
 
 
-def _false_series(found: list[Track], slots: Array) -> Series | None:
-    """Return the slots and places of confirmed tracks that were about no object."""
-    false = [_false(track) for track in found]
-    if not any(one.any() for one in false):
-        return None
-    at = np.concatenate([slots[one] for one in false])
-    x = np.concatenate([track.x[one] for track, one in zip(found, false, strict=True)])
-    return Series("of no object", at, x, look=_FALSE, kind="points", legend=False)
+def _false_series(found: list[Track], slots: Array) -> list[Series]:
+    """Return the slots and places of confirmed tracks that were about no object, if any."""
+    some = [track for track in found if track.false.any()]
+    if not some:
+        return []
+    at = np.concatenate([slots[track.false] for track in some])
+    x = np.concatenate([track.x[track.false] for track in some])
+    return [Series("confirmed track of no object", at, x, look=_FALSE, kind="points")]
 
 
 def _numbers(found: list[Track], slots: Array) -> tuple[Note, ...]:

@@ -19,9 +19,9 @@ from echobeam.simulation.dataset import attributes
 from echobeam.simulation.summary import (
     SLOT_MEANS,
     SchemeSummary,
+    interval_name,
     per_slot,
     scalars,
-    interval_name,
     summarise_statistics,
 )
 from echobeam.sweeps.coordinates import coordinate, first_repeated
