@@ -132,7 +132,9 @@ def _side(scenario: Scenario) -> list[Assumption]:
     """Return what a vertical array is told, because it cannot measure it."""
     if scenario.array.axis != "vertical":
         return []
-    words = "a vertical array cannot tell theta from 180 degrees minus theta; the side is known"
+    words = "a vertical array cannot tell theta from 180 degrees minus theta; "
+    unlabelled = scenario.radar.detections == "unlabelled"
+    words += "a track stands for both sides" if unlabelled else "the side is known"
     return [Assumption("side of the UAV", words)]
 
 
