@@ -90,7 +90,7 @@ def test_a_beam_for_mirror_images_is_aimed_at_their_direction_and_not_between_th
     angles = [0.9, np.pi - 0.9, np.pi - 0.91]
     found = share(tracks_of(angles), system())
     assert found.leader.tolist() == [[0, 0, 0]]
-    served = found.applied(tracks_of(angles)).mean[0, 0, 0]
+    served = found.applied(tracks_of(angles), 3.0).mean[0, 0, 0]
     reach = float(found.reach[0, 0])
     directions = np.sin(served + np.linspace(-reach, reach, 101))
     for angle in angles:
@@ -127,7 +127,7 @@ def test_the_leaders_cover_reaches_every_member():
         for width in (3.0, 1.0):
             sharing = share(tracks, system())
             assert sharing.leader.tolist() == [[0, 0, 0, 0, 4]]
-            served = sharing.applied(tracks)
+            served = sharing.applied(tracks, width)
             half = width * sharing.spread(sigma, width)[0]
             assert served.known.tolist() == [[True, False, False, False, True]]
             assert served.id.tolist() == [[10, NOBODY, NOBODY, NOBODY, 14]]
@@ -135,6 +135,9 @@ def test_the_leaders_cover_reaches_every_member():
             assert low <= (angle - width * sigma[0, :4]).min() + 1e-12
             assert high >= (angle + width * sigma[0, :4]).max() - 1e-12
             assert half[4] == width * sigma[0, 4]
+            own = width * np.sqrt(tracks.cov[0, :4, 0, 0])  # coverage.spread = "posterior"
+            reached = width * np.sqrt(served.cov[0, 0, 0, 0])
+            assert served.mean[0, 0, 0] + reached >= (angle + own).max() - 1e-12
             assert served.mean[0, 4, 0] == 0.5
             assert served.mean[0, 0, 1] == tracks.mean[0, :4, 1].max()
 
@@ -147,7 +150,7 @@ def test_unknown_tracks_share_nothing():
     assert found.leader.tolist() == [[0, 1, 0, 3]]
     assert found.follows.tolist() == [[False, False, True, False]]
     alone = tracks_of([np.nan, 1.0])
-    assert share(alone, system()).applied(alone) is alone
+    assert share(alone, system()).applied(alone, 3.0) is alone
     sigma = np.full((1, 2), 0.1)
     assert share(alone, system()).spread(sigma, 3.0) is sigma
 
@@ -160,6 +163,6 @@ def test_trials_do_not_share_with_each_other():
     )  # fmt: skip
     found = share(both, system())
     assert found.leader.tolist() == [[0, 0, 2], [0, 1, 2]]
-    served = found.applied(both)
+    served = found.applied(both, 3.0)
     np.testing.assert_array_equal(served.mean[1], apart.mean[0])
     np.testing.assert_array_equal(found.spread(np.full((2, 3), 0.1), 3.0)[1], 0.1)

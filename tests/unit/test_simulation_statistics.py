@@ -160,7 +160,7 @@ def test_every_sum_is_that_of_a_loop(trials):
     assert set(arrays) == set(NEEDED)
     figures = statistics_of(arrays, SCENARIO, NAMES)
     expected = by_loops(arrays)
-    bound = {"information", "motion", "motion_square", "predictions"}
+    bound = {"information", "motion", "motion_square", "predictions", "estimates"}
     assert set(expected) == {name for name in figures if not name.startswith(TRIAL)} - bound
     for name, values in expected.items():
         np.testing.assert_allclose(figures[name], values, rtol=1e-8, err_msg=name)

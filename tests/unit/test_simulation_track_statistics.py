@@ -16,7 +16,7 @@ from echobeam.simulation.track_statistics import NEEDED_OF_TRACKS, track_statist
 from echobeam.values import NOBODY, Mode, Status
 
 C = 10.0
-ARRAYS = (*NEEDED_OF_TRACKS, "truth", "present", "rate", "beam", "mode")
+ARRAYS = (*NEEDED_OF_TRACKS, "truth", "present", "rate", "sinr", "beam", "mode")
 HEIGHT, TRIALS = 100.0, 4
 
 
@@ -111,10 +111,10 @@ def by_loops(a, scheme, axis):
                         gaps.append(open_gap[who])
                     open_gap[who] = 0
                 elif who in detected:
-                    each["lost"][t] += 1
+                    each["lost"][t] += not rate > 0.0
                     open_gap[who] = open_gap.get(who, 0) + 1
                 else:
-                    each["before"][t] += 1
+                    each["before"][t] += not rate > 0.0
             if a["mode"][scheme, t, n] == Mode.DIRECTIONAL:
                 sent = []
                 for k in range(columns):
@@ -123,8 +123,13 @@ def by_loops(a, scheme, axis):
                         sent.append(beam)
                 useful = sum(float(np.sum(beam**2)) for beam in sent) / 5e3
                 if useful > 0:
-                    whole = np.nansum(a["rate"][scheme, t, n])
-                    each["rate_false"][t] += whole * (1.0 - useful) / useful
+                    for k in range(columns):
+                        sinr, beam = a["sinr"][scheme, t, n, k], a["beam"][scheme, t, n, k]
+                        others = a["beam"][scheme, t, n]
+                        turns = sum(np.array_equal(beam, other) for other in others)
+                        if sinr > 0.0:
+                            more = np.log2(1.0 + sinr / min(useful, 1.0)) - np.log2(1.0 + sinr)
+                            each["rate_false"][t] += more / turns
         each["false"][t] = sum(2 * alone_slots[i] > confirmed_slots[i] for i in confirmed_slots)
         each["gap"][t] = np.mean(gaps) if gaps else 0.0
         each["with_gaps"][t] = bool(gaps)
@@ -202,7 +207,8 @@ def record(about, identities, status=None, present=None):
         "track_object": about[None, None],
         "track_state": np.where(held[..., None], state, np.nan)[None, None],
         "shared": np.zeros((1, 1, slots, 2), bool),
-        "rate": np.ones((1, 1, slots, 2)),
+        "rate": np.zeros((1, 1, slots, 2)),
+        "sinr": np.zeros((1, 1, slots, 2)),
         "beam": np.zeros((1, 1, slots, 2, 4, 2)),
         "mode": np.zeros((1, 1, slots)),
     }
@@ -258,6 +264,7 @@ def test_a_shared_beam_is_sent_once_and_the_rest_of_the_power_is_wasted():
     beam = np.zeros((2, 4, 2))
     beam[:, 0, 0] = np.sqrt(0.8 * 5e3)
     arrays["beam"], arrays["mode"] = beam[None, None, None], np.full((1, 1, 1), Mode.DIRECTIONAL)
-    arrays["rate"] = np.array([[[[1.0, 3.0]]]])
+    arrays["sinr"] = np.array([[[[1.0, 3.0]]]])
     found = track_statistics(arrays, scenario)["trial_rate_false"]
-    assert found[0, 0] == pytest.approx(4.0 * 0.2 / 0.8)  # 20 % of the power is for nobody
+    with_all_power = np.log2(1.0 + 1.0 / 0.8) + np.log2(1.0 + 3.0 / 0.8)
+    assert found[0, 0] == pytest.approx(0.5 * (with_all_power - 3.0))  # 20 % are for nobody

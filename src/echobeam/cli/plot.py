@@ -11,7 +11,7 @@ from echobeam.faults import InputError
 
 KINDS = (
     "rate", "tracking", "patterns", "trajectories", "consistency", "forecast", "distribution",
-    "sweep",
+    "tracks", "gospa", "sweep",
 )  # fmt: skip
 
 
@@ -36,7 +36,8 @@ KINDS = (
     "schemes",
     multiple=True,
     metavar="NAME",
-    help="Show this scheme; repeatable. Patterns and trajectories show the first. Default: all.",
+    help="Show this scheme; repeatable. Patterns, trajectories and tracks show the first. "
+    "Default: all.",
 )
 @click.option(
     "--trial",
@@ -44,12 +45,12 @@ KINDS = (
     default=0,
     show_default=True,
     metavar="N",
-    help="Trial of the patterns and trajectories, counted from 0 as in the file.",
+    help="Trial of the patterns, trajectories and tracks, counted from 0 as in the file.",
 )
 @click.option(
     "--slots",
     metavar="LIST",
-    help="Slots shown, such as 2,4,10 or 1-50; trajectories and forecasts take the range.",
+    help="Slots shown, such as 2,4,10 or 1-50; trajectories, tracks and forecasts take the range.",
 )
 @click.option("--x", metavar="KEY", help="Of a sweep: the key along the axis. Default: the first.")
 @click.option(
@@ -70,8 +71,8 @@ def command(
     title: str | None,
 ) -> None:
     r"""Draw RESULT: of a run its rate, tracking error against its bound, beam patterns,
-    trajectories, consistency of the filter, errors of its forecasts, and distributions; of a
-    sweep any quantity over a varied key.
+    trajectories, consistency of the filter, errors of its forecasts, and distributions; of a run
+    without labels also its tracks and their GOSPA; of a sweep any quantity over a varied key.
 
     Files of the same name are replaced.
 

@@ -14,7 +14,7 @@ from echobeam.numerals import whole
 from echobeam.plots import SWEEP, Choice, FigureData, PlotError, figures
 from echobeam.plots.saving import file_format, write
 from echobeam.plots.sweep import QUANTITY
-from echobeam.simulation.summary import PER_SLOT
+from echobeam.simulation.summary import per_slot
 from echobeam.store.result import VARY
 from echobeam.store.writing import check_writable
 
@@ -46,14 +46,16 @@ def plot(
         A result, or the path of its file.
     kind
         ``"rate"``, ``"tracking"``, ``"patterns"``, ``"trajectories"``, ``"consistency"``,
-        ``"forecast"`` or ``"distribution"`` of a run, ``"sweep"`` of a sweep; by default the rate
-        of a run and the only picture of a sweep.
+        ``"forecast"`` or ``"distribution"`` of a run, ``"tracks"`` or ``"gospa"`` of an unlabelled
+        one, ``"sweep"`` of a sweep; by default the rate of a run and the only picture of a sweep.
     schemes, scheme
-        Names of the schemes shown; all by default. Patterns and trajectories show the first.
+        Names of the schemes shown; all by default. Patterns, trajectories and tracks show the
+        first.
     trial
-        Trial of the patterns and trajectories, counted from 0 as in the file.
+        Trial of the patterns, trajectories and tracks, counted from 0 as in the file.
     slots
-        Slots shown, counted from 1; trajectories and forecasts take the range from first to last.
+        Slots shown, counted from 1; trajectories, tracks and forecasts take the range from
+        first to last.
     x, quantity
         For a sweep: the key on the x axis and the quantity on the y axis, such as ``"outage"``.
     title
@@ -146,7 +148,8 @@ def _check_choice(dataset: xr.Dataset, choice: Choice) -> None:
     if not choice.slots or name not in dataset:
         return
     if "slot" not in dataset[name].dims:
-        raise PlotError(f"--slots: {name} is of the whole run; {', '.join(PER_SLOT)} have slots")
+        of_slots = ", ".join(per_slot(unlabelled="gospa" in dataset))
+        raise PlotError(f"--slots: {name} is of the whole run; {of_slots} have slots")
     numbers = dataset["slot"].values.tolist()
     if len(choice.slots) > 1 or choice.slots[0] not in numbers:
         raise PlotError(

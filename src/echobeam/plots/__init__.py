@@ -1,8 +1,8 @@
 """Pictures of a result: each kind is a function from a result to a record of all numbers shown.
 
 Read `record` first: a `FigureData` holds panels of labelled series. `drawing` makes a picture of
-it, `saving` a file. A new kind is a function in a new file and a line in `KINDS`. The package does
-not use pyplot or its global state.
+it, `saving` a file. A new kind is a function in a new file and a line in `KINDS`, or in `OF_TRACKS`
+if it draws what only unlabelled runs have. The package does not use pyplot or its global state.
 """
 
 from __future__ import annotations
@@ -13,18 +13,20 @@ from typing import TYPE_CHECKING
 from echobeam.plots.consistency import consistency
 from echobeam.plots.distribution import distribution
 from echobeam.plots.forecast import forecast
+from echobeam.plots.gospa import gospa
 from echobeam.plots.patterns import patterns
 from echobeam.plots.rate import rate
 from echobeam.plots.record import FigureData
 from echobeam.plots.source import Choice, PlotError, Source
 from echobeam.plots.sweep import sweep
 from echobeam.plots.tracking import tracking
+from echobeam.plots.tracks import tracks
 from echobeam.plots.trajectories import trajectories
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["KINDS", "SWEEP", "Choice", "FigureData", "PlotError", "Source", "figures"]
+__all__ = ["KINDS", "OF_TRACKS", "SWEEP", "Choice", "FigureData", "PlotError", "Source", "figures"]
 
 KINDS: dict[str, Callable[[Source], FigureData]] = {
     "rate": rate,
@@ -36,6 +38,9 @@ KINDS: dict[str, Callable[[Source], FigureData]] = {
     "distribution": distribution,
 }
 """Kinds of pictures of a run, with the functions that make their records."""
+
+OF_TRACKS: dict[str, Callable[[Source], FigureData]] = {"tracks": tracks, "gospa": gospa}
+"""The same of unlabelled runs, besides the others."""
 
 SWEEP = "sweep"
 """Kind of the picture of a sweep."""
@@ -51,7 +56,7 @@ def figures(
     result
         A result of a run, or of a sweep.
     kinds
-        Keys of `KINDS`, or ``sweep``; all by default.
+        Keys of `KINDS` and `OF_TRACKS`, or ``sweep``; by default all that the result has.
     choice
         Choice of schemes, trial, slots and quantity.
 
@@ -61,8 +66,8 @@ def figures(
         If a kind is unknown, or the result lacks what it needs.
     """
     chosen = Choice() if choice is None else choice
-    of_sweep = "vary" in result.attrs
-    known = [SWEEP] if of_sweep else list(KINDS)
+    of_sweep, of_run = "vary" in result.attrs, KINDS | OF_TRACKS
+    known = [SWEEP] if of_sweep else list(of_run)
     unknown = [kind for kind in kinds if kind not in known]
     if unknown:
         what = "a sweep" if of_sweep else "a run"
@@ -72,4 +77,11 @@ def figures(
     if of_sweep:
         return {SWEEP: sweep(result, chosen)}
     source = Source(result, chosen)
-    return {kind: KINDS[kind](source) for kind in kinds or known}
+    asked = list(kinds) or [kind for kind in of_run if kind in KINDS or source.unlabelled]
+    without = [kind for kind in asked if kind in OF_TRACKS and not source.unlabelled]
+    if without:
+        raise PlotError(
+            f"no picture of {', '.join(without)}: the detections of this run are labelled, so it "
+            'has no tracks of their own (radar.detections = "unlabelled")'
+        )
+    return {kind: of_run[kind](source) for kind in asked}

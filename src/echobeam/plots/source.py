@@ -42,7 +42,7 @@ class Choice:
     trial
         Number of the trial in the file, from 0, for pictures of one trial.
     slots
-        Slots counted from 1; trajectories and forecasts take the range from first to last.
+        Slots counted from 1; trajectories, tracks and forecasts take the range from first to last.
     x, quantity
         For a sweep: the key on the x axis, and the quantity on the y axis.
     title
@@ -118,6 +118,11 @@ class Source:
         return sum_rate(one["rate"].values, one["present"].values.astype(bool))
 
     @property
+    def unlabelled(self) -> bool:
+        """Whether the detections of the run had no labels, so that it has tracks of their own."""
+        return self.scenario.radar.detections == "unlabelled"
+
+    @property
     def trials(self) -> int:
         """Number of trials."""
         return int(self.result.sizes["trial"])
@@ -169,15 +174,8 @@ class Source:
         if self.pooled > 1 or not phase.size:
             return ()
         kinds = [kind for kind in ("omni", "pilot") if (phase == kind).any()]
-        shaded = np.isin(phase[:, self.shown], kinds).any(axis=0)
-        look, name = Look(SHADE), " or ".join(kinds) + " slot"
-        at = self.slots[shaded]
-        edges = np.flatnonzero(np.diff(at, prepend=-np.inf) > 1)
-        return tuple(
-            Guide("x", float(spell[0]) - 0.5, float(spell[-1]) + 0.5, look, name)
-            for spell in np.split(at, edges[1:])
-            if spell.size
-        )
+        without = np.isin(phase[:, self.shown], kinds).any(axis=0)
+        return shaded(self.slots[without], " or ".join(kinds) + " slot")
 
     def setting(self, scheme: str = "", *, one_trial: bool = False) -> str:
         """Return the scenario's values for the title: antennas, height, trials."""
@@ -250,6 +248,16 @@ class Source:
                 f"it holds {numbers[0]} to {numbers[-1]}"
             )
         return np.flatnonzero(np.isin(numbers, self.choice.slots or numbers))
+
+
+def shaded(slots: Array, name: str) -> tuple[Guide, ...]:
+    """Return shaded bands, one for each spell of consecutive slots ``(n,)``, in order."""
+    edges = np.flatnonzero(np.diff(slots, prepend=-np.inf) > 1)
+    return tuple(
+        Guide("x", float(spell[0]) - 0.5, float(spell[-1]) + 0.5, Look(SHADE), name)
+        for spell in np.split(slots, edges[1:])
+        if spell.size
+    )
 
 
 def empty_figure(source: Source, kind: str, why: str) -> FigureData:

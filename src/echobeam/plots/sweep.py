@@ -32,8 +32,22 @@ _LABELS = {
     "outage": "Share of objects below the floor",
     "lost": "Share of objects without a track",
     "fallbacks": "Trial-slots with fallback beams",
+    "gospa": "GOSPA",
+    "ospa": "OSPA",
+    "gospa_localisation": "Localisation part of GOSPA²",
+    "gospa_missed": "Missed part of GOSPA²",
+    "gospa_false": "False part of GOSPA²",
+    "detection_delay": "Slots until an object is tracked",
+    "false_tracks": "False tracks per 100 slots",
+    "identity_switches": "Identity switches per trial",
+    "reacquisition": "Slots until a lost object is tracked again",
+    "tracked": "Share of object-slots with a track",
+    "shared": "Share of object-slots with a shared beam",
+    "rate_lost_to_delay": "Rate lost to delay",
+    "rate_lost_to_gaps": "Rate lost to gaps",
+    "rate_lost_to_false": "Rate lost to beams for nobody",
 }
-_SHOWN_IN = {"rad": ("deg", 180.0 / np.pi)}
+_SHOWN_IN = {"rad": ("deg", 180.0 / np.pi), "m^2": ("m²", 1.0)}
 
 
 def sweep(dataset: xr.Dataset, choice: Choice) -> FigureData:

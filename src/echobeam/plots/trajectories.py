@@ -19,7 +19,10 @@ _ELLIPSES = 3
 
 # Half-axes of the ellipse that holds 95 % of a Gaussian in the plane: sqrt(-2 ln 0.05) sigmas.
 _ELLIPSE_SIGMAS = float(np.sqrt(-2.0 * np.log(0.05)))
-_FLATTEST = 3.0
+_FLATTEST, _NARROWEST = 3.0, 0.7
+"""Largest and smallest width of the scene over its height: a flatter one is not to scale, a
+narrower one has room on both sides for its ticks."""
+
 _BLACK = next(k for k in range(MAX_OBJECTS) if object_look(k).colour == BLACK)
 """Object whose colour is that of the estimates, which is left out over the time."""
 
@@ -126,11 +129,13 @@ def scene_panel(scene: Scene) -> Panel:
     points = np.concatenate([scene.uav, *(scene.true[stay, k] for k, stay in scene.stays)])
     low, high = _widened(points, 30.0)
     width, height = high - low
+    room = max(0.0, _NARROWEST * height - width) / 2.0
+    low[0], high[0], width = low[0] - room, high[0] + room, width + 2.0 * room
     road = Series("road", np.array([low[0], high[0]]), np.zeros(2), look=Look("0.6"), kind="line",
                   width=2.0, legend=False)  # fmt: skip
     return Panel(
         Axis(_ROAD.name, "m", limits=(low[0], high[0])),
-        Axis("Height", "m", limits=(low[1] - 0.08 * height, high[1] + 0.05 * height)),
+        Axis("Height", "m", limits=(low[1] - 0.08 * height, high[1] + 0.1 * height)),
         (road, *series),
         notes=tuple(notes),
         equal=bool(width < _FLATTEST * height),

@@ -97,6 +97,11 @@ class Scenario(Table):
         antennas = max(self.array.n_tx, self.array.receivers)
         if self.radar.model != "signal":
             return self
+        if self.radar.clutter > 0.0:
+            raise ValueError(
+                f"radar.clutter: {self.radar.clutter:g} is not accepted with signals; expected 0: "
+                "the ground echoes with radar.ground_clutter"
+            )
         if elements * antennas > MOST_SAMPLES:
             raise ValueError(
                 f"radar.subcarriers x radar.symbols: {elements} resource elements on {antennas} "

@@ -106,7 +106,8 @@ class RadarTable(Table):
     crb: Literal["paper", "exact"] = "paper"
     """Measurement variances: Eqs. (20)-(23), or the Fisher information."""
     variance: Literal["predicted", "known"] = "predicted"
-    """Variance that a scheme is given: the bound at its own prediction, or at the true state."""
+    """Variance that a scheme is given: the bound at its own prediction, or at an unlabelled
+    detection; or that at the true state."""
     model: Literal["crb", "signal"] = "crb"
     """Measurements are Gaussian with the variance of the bound, Eq. (24), or those of the receiver
     that processes the echo signal of Eq. (11)."""

@@ -40,17 +40,22 @@ class Sharing(Brief):
         follows: BoolArray = self.leader != np.arange(self.leader.shape[-1])
         return follows
 
-    def applied(self, tracks: Tracks) -> Tracks:
-        """Return tracks ``(T, C)`` of which a group's leader stands for all of them."""
+    def applied(self, tracks: Tracks, width: float) -> Tracks:
+        """Return tracks ``(T, C)`` of which a group's leader stands for all of them.
+
+        ``width`` is l: the variance of the leader's angle is that of the cover over its group.
+        """
         follows, together = self.follows, np.isfinite(self.centre) & tracks.known
         if not follows.any():
             return tracks
+        cov = tracks.cov.copy()
+        cov[..., 0, 0] = self.spread(np.sqrt(np.maximum(cov[..., 0, 0], 0.0)), width) ** 2
         mean = np.where(follows[..., None], np.nan, tracks.mean)
         mean[..., 0] = np.where(together, self.centre, mean[..., 0])
         mean[..., 1] = np.where(together, self.farthest, mean[..., 1])
         return Tracks(
             mean=mean,
-            cov=np.where(follows[..., None, None], np.nan, tracks.cov),
+            cov=np.where(follows[..., None, None], np.nan, cov),
             status=np.where(follows, 0, tracks.status).astype(np.int8),
             id=np.where(follows, -1, tracks.id),
         )
@@ -69,7 +74,7 @@ class Sharing(Brief):
             return sigma
         columns = np.arange(self.leader.shape[-1])
         own = self.leader[:, None, :] == columns[:, None]
-        widest = np.nanmax(np.where(own, sigma[:, None, :], -np.inf), axis=-1)
+        widest = np.max(np.where(own, np.nan_to_num(sigma)[:, None, :], 0.0), axis=-1)
         together = np.isfinite(self.centre)
         return np.where(together, widest + self.reach / max(width, 1e-9), sigma)
 

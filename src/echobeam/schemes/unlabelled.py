@@ -134,11 +134,12 @@ class Unlabelled:
         last = in_order(prior.last, id)
         aim = getattr(self.scheme.beamer, "aim", "prior")
         sharing = share(prior.tracks if aim == "prior" else last, view.system)
+        width = view.system.coverage.width
         parts = PartsBelief(
             prior.own,
-            sharing.applied(prior.tracks),
-            sharing.applied(last),
-            sharing.spread(_spread(prior), view.system.coverage.width),
+            sharing.applied(prior.tracks, width),
+            sharing.applied(last, width),
+            sharing.spread(_spread(prior), width),
         )
         decision = self.scheme.transmit(parts, among)
         mode = self._mode(prior, decision.mode)
@@ -167,8 +168,8 @@ class Unlabelled:
     ) -> UnlabelledBelief:
         """Return the posterior: tracks updated, confirmed and ended, and new ones."""
         bank, among, system = prior.bank, _among(prior.bank, view), view.system
-        decided = self.scheme.frame.mode(prior.tracks, among)
-        receives = self._receives(self._mode(prior, decided), among)
+        mode = self._mode(prior, self.scheme.frame.mode(prior.tracks, among))
+        receives = self._receives(mode, among)
         seen = _probability(view, bank.state.mean) * receives[:, None, None]
         model = PolarMeasurement(system.radio.carrier)
         associated = update_unlabelled(
@@ -176,7 +177,10 @@ class Unlabelled:
         )
         taken = associated.taken
         sigma = np.sqrt(detections.variance[..., 0])
-        updated = replace(bank, state=associated.state, spread=_chosen(sigma, taken, bank.spread))
+        spread = _chosen(sigma, taken, bank.spread)
+        if self._kalman:  # as with labels: (38f) has the bound of the last directional slot
+            spread = np.where((mode == Mode.OMNI)[:, None], bank.spread, spread)
+        updated = replace(bank, state=associated.state, spread=spread)
         updated = banks.pruned(banks.aged(updated, taken >= 0, seen[:, 0] >= LIT, rules(view)))
         first = initial_state(
             detections.value, detections.variance, model, view.uav,

@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 
 CHUNK = 256
 
-BOUND_NEEDS = ("truth", "true_var", "predicted_cov", "uav_velocity")
+BOUND_NEEDS = ("truth", "true_var", "predicted_cov", "estimated", "uav_velocity")
 """Variables of a result that the bound is made of."""
 
-TERMS = ("information", "motion", "motion_square", "predictions")
+TERMS = ("information", "motion", "motion_square", "predictions", "estimates")
 """What the bound is made of, each with a leading axis of schemes."""
 
 Arrays = Mapping[str, npt.NDArray[np.generic]]
@@ -88,7 +88,8 @@ def bound_terms(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
         `TERMS`: ``information`` (scheme, slot, object, state, state), the sum of H^T R^-1 H;
         ``motion`` and ``motion_square`` (scheme, slot - 1, object, state, state), the sums of G
         and of G^T Q^-1 G on the truth; ``predictions`` (scheme, 2), the number of predictions
-        with positive variances and of trials.
+        with positive variances and of trials; ``estimates`` (scheme, slot, object), of unlabelled
+        detections the number of trials with a track of the object, else of all.
     """
     if scenario.trace is not None:
         return {}
@@ -106,10 +107,13 @@ def bound_terms(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
         "motion": G.sum(axis=0),
         "motion_square": motion_square(G, _process(scenario, truth.shape[1])),
     }
+    tracked = np.isfinite(np.asarray(arrays["estimated"])[..., 0]).sum(axis=1).astype(float)
+    unlabelled = scenario.radar.detections == "unlabelled"
     return {
         "information": np.stack([measured_information(H, one) for one in variance]),
         **{name: np.stack([values] * schemes) for name, values in alike.items()},
         "predictions": np.stack([doubtful, np.full(schemes, trials)], axis=-1).astype(float),
+        "estimates": tracked if unlabelled else np.full(tracked.shape, float(trials)),
     }
 
 
@@ -118,7 +122,9 @@ def bound_of(terms: Mapping[str, Array], scenario: Scenario) -> Array:
 
     Process noise counts as nature has it, not as the filter believes in it: without any
     (``truth.process_noise``) only the measurements' noise is left. The information is averaged
-    over the trials' beams, so the bound also holds for designs that depend on measurements.
+    over the trials' beams, so the bound also holds for designs that depend on measurements. Without
+    labels trials find an object at different times; those without a track of it have no
+    information, and no error either, so that the average is over those with one.
 
     Parameters
     ----------
@@ -143,7 +149,9 @@ def bound_of(terms: Mapping[str, Array], scenario: Scenario) -> Array:
     covariance = information_bound(information / trials, F, scatter, Q, prior)
     squares = np.diagonal(covariance, axis1=-2, axis2=-1)
     measured = np.diagonal(information, axis1=-2, axis2=-1).sum(axis=-1, keepdims=True) > 0
-    deviations: Array = np.sqrt(np.where(measured & np.isfinite(squares), squares, np.nan))
+    share = (terms["estimates"] / trials)[..., None]
+    bounded = measured & (share > 0) & np.isfinite(squares)
+    deviations: Array = np.sqrt(share * np.where(bounded, squares, np.nan))
     return deviations
 
 

@@ -145,7 +145,9 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
             position=_spread_out(world.ground.position, view),
             truth=_spread_out(world.state, view),
             mode=decision.mode.copy(),  # copies: a scheme may use its arrays again
-            covered=_for_objects(owner, roster, decision.covered, np.nan).copy(),
+            covered=_for_objects(
+                owner, roster, _carried(decision, decision.covered), np.nan
+            ).copy(),
             predicted=by_identity(predicted, roster, predicted.mean).copy(),
             predicted_cov=by_identity(predicted, roster, predicted.cov).copy(),
             estimated=by_identity(estimated, roster, estimated.mean).copy(),
@@ -358,11 +360,17 @@ def _for_objects(owner: IntArray, roster: IntArray, values: Any, missing: Any) -
     return np.where(found, np.take_along_axis(values, place, axis=1), missing)
 
 
+def _carried(decision: Decision, values: Any) -> Any:
+    """Return values of the streams ``(T, C, ...)`` for the addressees that they carry."""
+    if decision.carrier is None:
+        return values
+    column = decision.carrier.reshape(*decision.carrier.shape, *(1,) * (values.ndim - 2))
+    return np.take_along_axis(values, column, axis=1)
+
+
 def _beams(decision: Decision, owner: IntArray, roster: IntArray) -> ComplexArray:
     """Return the beam for each object: zero if none, NaN in omnidirectional and pilot slots."""
-    sent = decision.sent.beams
-    if decision.carrier is not None:
-        sent = np.take_along_axis(sent, decision.carrier[..., None], axis=1)
+    sent = _carried(decision, decision.sent.beams)
     beams: ComplexArray = _for_objects(owner, roster, sent, 0.0)
     directional = (decision.mode != Mode.OMNI) & (decision.mode != Mode.PILOT)
     if directional.all():

@@ -60,7 +60,7 @@ Arrays = Mapping[str, npt.NDArray[np.generic]]
 def needed(scenario: Scenario) -> tuple[str, ...]:
     """Return the variables that the statistics of a scenario's result are made of."""
     unlabelled = scenario.radar.detections == "unlabelled"
-    return (*NEEDED, *NEEDED_OF_TRACKS, "beam") if unlabelled else NEEDED
+    return (*NEEDED, *NEEDED_OF_TRACKS, "beam", "sinr") if unlabelled else NEEDED
 
 
 def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> Statistics:
@@ -277,6 +277,8 @@ def _cover(arrays: Arrays, centres: Sequence[str]) -> Statistics:
     )
     halfwidth, truth = _floats(arrays["covered"]), _floats(arrays["truth"])[..., 0]
     asked = np.isfinite(centre) & np.isfinite(halfwidth) & np.isfinite(truth)
+    if "shared" in arrays:  # the cover of a shared beam is around the middle of several objects
+        asked = asked & ~np.asarray(arrays["shared"], dtype=bool)
     off = np.abs(wrap(np.where(asked, centre - truth, 0.0)))
     inside = asked & (off <= np.where(asked, halfwidth, 0.0))
     return _sums("inside", inside) | _sums("covered", asked)

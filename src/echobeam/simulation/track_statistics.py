@@ -49,8 +49,9 @@ def track_statistics(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
         ``trial_gospa``, over slots; ``trial_delay`` and ``trial_detected``: sum of the delays and
         number of the objects detected; ``trial_switches``, ``trial_false``: identity switches
         and false tracks; ``trial_gap`` and ``trial_with_gaps``: mean gap in slots, and whether
-        there is one; object-slots ``trial_present``, ``trial_tracked``, ``trial_before`` (of an
-        object not yet detected), ``trial_lost`` (of one detected before) and ``trial_shared``;
+        there is one; object-slots ``trial_present``, ``trial_tracked``, ``trial_before`` (without
+        a rate, of an object not yet detected), ``trial_lost`` (of one detected before) and
+        ``trial_shared``;
         ``trial_rate_tracked``: rate of the tracked ones; ``trial_rate_false``: see `_wasted`.
     """
     parts = [_of_scheme(arrays, index, scenario) for index in range(len(arrays["track_id"]))]
@@ -75,6 +76,8 @@ def _of_scheme(arrays: Arrays, index: int, scenario: Scenario) -> dict[str, Arra
     before = there & ~np.logical_or.accumulate(found, axis=-2)
     rate = np.nan_to_num(np.asarray(arrays["rate"][index], dtype=np.float64))
     tracked = (identity[..., None] == about[..., None, :]).any(axis=-1) & present
+    early = np.take_along_axis(before, np.maximum(identity, 0), axis=-1)
+    unserved = present & ~tracked & ~(rate > 0.0)  # a tentative track may have a beam
     shared = np.asarray(arrays["shared"][index], dtype=bool)
     return figures | {
         "trial_delay": np.nansum(delay, axis=-1),
@@ -85,11 +88,11 @@ def _of_scheme(arrays: Arrays, index: int, scenario: Scenario) -> dict[str, Arra
         "trial_with_gaps": np.isfinite(gap).astype(float),
         "trial_present": there.sum(axis=(-2, -1)).astype(float),
         "trial_tracked": found.sum(axis=(-2, -1)).astype(float),
-        "trial_before": before.sum(axis=(-2, -1)).astype(float),
-        "trial_lost": (there & ~found & ~before).sum(axis=(-2, -1)).astype(float),
+        "trial_before": (unserved & early).sum(axis=(-2, -1)).astype(float),
+        "trial_lost": (unserved & ~early).sum(axis=(-2, -1)).astype(float),
         "trial_shared": (shared & present).sum(axis=(-2, -1)).astype(float),
         "trial_rate_tracked": np.where(tracked, rate, 0.0).sum(axis=(-2, -1)),
-        "trial_rate_false": _wasted(arrays, index, rate, scenario.radio.power),
+        "trial_rate_false": _wasted(arrays, index, scenario.radio.power),
     }
 
 
@@ -116,19 +119,22 @@ def _by_identity(identity: IntArray) -> BoolArray:
     return there
 
 
-def _wasted(arrays: Arrays, index: int, rate: Array, power: float) -> Array:
-    """Return the rate of each trial that goes to beams for nobody, to first order.
+def _wasted(arrays: Arrays, index: int, power: float) -> Array:
+    """Return the rate of each trial that beams for nobody take, as far as noise limits it.
 
-    It is what the objects' beams would carry with the power of the others: rate times the share
-    q of the others over 1 - q, exact where rates are linear in the power.
+    It is what the objects' beams would carry more with the power of the others: with the share q
+    of the others log2(1 + SINR / (1 - q)) - log2(1 + SINR), divided by the objects of a beam.
+    Slots with all power on nobody are left out: their objects wait or are lost.
     """
+    sinr = np.nan_to_num(np.asarray(arrays["sinr"][index], dtype=np.float64))
     beam = np.nan_to_num(np.asarray(arrays["beam"][index], dtype=np.float64))
     own = np.sum(beam**2, axis=(-2, -1))
     alike = (beam[..., :, None, :, :] == beam[..., None, :, :, :]).all(axis=(-2, -1))
-    own = own / np.maximum(alike.sum(axis=-1), 1)  # a shared beam is sent once
-    useful = np.clip(own.sum(axis=-1) / power, 0.0, 1.0)
-    directional = np.asarray(arrays["mode"][index]) == Mode.DIRECTIONAL
+    sharers = np.maximum(alike.sum(axis=-1), 1)  # a shared beam is sent once
+    useful = np.clip((own / sharers).sum(axis=-1, keepdims=True) / power, 0.0, 1.0)
+    directional = np.asarray(arrays["mode"][index])[..., None] == Mode.DIRECTIONAL
     with np.errstate(divide="ignore", invalid="ignore"):
-        lost = rate.sum(axis=-1) * (1.0 - useful) / useful
-    total: Array = np.where(directional & (useful > 0.0), lost, 0.0).sum(axis=-1)
+        more = np.log1p(sinr / useful) - np.log1p(sinr)
+    lost = np.where(directional & (useful > 0.0), more / sharers, 0.0) / np.log(2.0)
+    total: Array = lost.sum(axis=(-2, -1))
     return total
