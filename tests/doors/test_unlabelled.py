@@ -134,6 +134,7 @@ def test_the_table_has_a_part_about_tracks(place):
     assert described.returncode == 0, described.stderr
 
 
+@pytest.mark.slow
 def test_summary_and_pictures_of_an_unlabelled_result(place):
     run(place)
     table = eb.summary(place / "r.nc")
@@ -150,6 +151,7 @@ def test_summary_and_pictures_of_an_unlabelled_result(place):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_a_sweep_over_false_alarms_with_two_associations_side_by_side(place):
     schemes = [f"water-filling:association={one}" for one in ("jpda", "nearest")]
     asked = [part for scheme in schemes for part in ("--scheme", scheme)]
@@ -173,6 +175,7 @@ def test_a_sweep_over_false_alarms_with_two_associations_side_by_side(place):
             assert row["value"].iloc[-1] == pytest.approx(found[quantity])
 
 
+@pytest.mark.slow
 def test_a_sweep_over_a_key_of_tracks_and_one_that_mixes_labels(place):
     done = echobeam(
         "sweep", "coming.toml", "--vary", "tracks.coast=1,6", "--trials", 2, "--quiet", cwd=place
@@ -230,6 +233,7 @@ def test_a_vehicle_that_is_twice_in_a_time_step_is_named(place):
     refused(done, "twice.csv", "'car'")
 
 
+@pytest.mark.slow
 def test_a_trace_of_vehicles_that_come_and_go(place):
     rows = [
         f"{t / 2},{name},{x + v * t / 2},0,{abs(v)}"

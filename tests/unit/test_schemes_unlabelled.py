@@ -86,37 +86,40 @@ def watched(scenario, scheme, world=None, trials=3):
 
 
 @pytest.mark.parametrize("detections", ["labelled", "unlabelled"])
-@pytest.mark.parametrize("name", available())
-def test_every_scheme_runs_with_nobody_there(name, detections):
+def test_every_scheme_runs_with_nobody_there(detections):
     scenario = scenario_of([], **{"radar.detections": detections})
-    result = eb.simulate(scenario, [name], trials=2)
+    result = eb.simulate(scenario, available(), trials=2)
     assert result.sizes["slot"] == 20
     assert result["rate"].size == 0
-    found = eb.summary(result)
-    assert found.loc[(name, "frame_rate_mean"), "value"] == 0.0
-    if detections == "unlabelled":
-        assert found.loc[(name, "frame_gospa"), "value"] >= 0.0
+    found = eb.summary(result)["value"]
+    for name in available():
+        assert found[name, "frame_rate_mean"] == 0.0
+        if detections == "unlabelled":
+            assert found[name, "frame_gospa"] >= 0.0
 
 
-@pytest.mark.parametrize("name", available())
 @pytest.mark.parametrize("variance", ["predicted", "known"])
-def test_every_scheme_runs_while_objects_come_and_go(name, variance):
+def test_every_scheme_runs_while_objects_come_and_go(variance):
     scenario = scenario_of(THREE, **{"radar.variance": variance})
-    result = eb.simulate(scenario, [name], trials=3, seed=1)
-    rate, present = result["rate"].values[0], result["present"].values.astype(bool)
-    assert np.isfinite(rate[present]).all()
-    assert (rate[present] >= 0.0).all()
-    assert (rate[:, 5:, 0] > 0.0).mean() > 0.3
-    if name != "genie":
-        tracked = np.isin(result["track_status"].values[0], CONFIRMED)
-        assert tracked.any(axis=-1)[:, 6:].mean() > 0.5
+    result = eb.simulate(scenario, available(), trials=3, seed=1)
+    present = result["present"].values.astype(bool)
+    for index, name in enumerate(available()):
+        rate = result["rate"].values[index]
+        assert np.isfinite(rate[present]).all()
+        assert (rate[present] >= 0.0).all()
+        assert (rate[:, 5:, 0] > 0.0).mean() > 0.3
+        if name != "genie":
+            tracked = np.isin(result["track_status"].values[index], CONFIRMED)
+            assert tracked.any(axis=-1)[:, 6:].mean() > 0.5
 
 
-@pytest.mark.parametrize("axis", ["vertical", "horizontal"])
-@pytest.mark.parametrize("association", ["nearest", "jpda", "mht"])
+@pytest.mark.parametrize(
+    ("axis", "association"),
+    [("vertical", "nearest"), ("vertical", "jpda"), ("vertical", "mht"), ("horizontal", "jpda")],
+)
 def test_one_object_alone_is_tracked_consistently_and_served_as_if_labelled(axis, association):
     changes = {**CLEAR, "array.axis": axis, "tracks.association": association}
-    trials = 100
+    trials = 60
     one, labelled = (
         eb.simulate(
             scenario_of(ONE, **changes, **{"radar.detections": detections}),
@@ -157,7 +160,7 @@ BENDS = {
 def test_nothing_that_comes_later_moves_an_earlier_beam(name):
     scenario = scenario_of(THREE, **{"frame.frames": 3})
     records, mine = watched(scenario, name)
-    for slot in (1, 5, 7, 12):
+    for slot in (1, 5, 7) if name == "temporal" else (2, 7):
         for bend in BENDS.values():
             world = begin(scene_of(scenario), 5, range(3))
             world = bent_world(world, Bent(world.scene.mover, slot, **bend))
@@ -456,6 +459,6 @@ def test_a_receiver_hears_nothing_where_there_is_nothing_or_nothing_is_sent(angl
 @pytest.mark.slow
 def test_two_processes_give_the_same_numbers():
     scenario = scenario_of(THREE, **{"frame.frames": 2})
-    one, two = (eb.simulate(scenario, ["water-filling"], trials=140, jobs=j) for j in (1, 2))
+    one, two = (eb.simulate(scenario, ["omni", "pilot-needle"], trials=130, jobs=j) for j in (1, 2))
     for name in ("rate", "track_state", "track_id", "track_object", "shared", "mode", "estimated"):
         np.testing.assert_array_equal(one[name].values, two[name].values, err_msg=name)

@@ -30,7 +30,7 @@ def bound_of(objects, detections, process_noise):
             "truth": {"process_noise": process_noise},
         }
     )
-    result = eb.simulate(scenario, ["omni"], trials=40, seed=1)
+    result = eb.simulate(scenario, ["omni"], trials=20, seed=1)
     assert np.isfinite(eb.summary(result)["value"]).any()
     return with_bound(result, scenario)["bound"].values[0]
 

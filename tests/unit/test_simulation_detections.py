@@ -41,7 +41,7 @@ def scenario_of(angles=(1.1, 1.9), **changes) -> Scenario:
     return Scenario.model_validate(table).replace(changes)
 
 
-def world_of(scenario, trials=range(3000), seed=5):
+def world_of(scenario, trials=range(2000), seed=5):
     return begin(scene_of(scenario), seed, trials)
 
 
