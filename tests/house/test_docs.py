@@ -35,7 +35,7 @@ from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import PARAMETERS
 from echobeam.schemes import registry
 from echobeam.schemes.configure import configure
-from echobeam.simulation.dataset import VARIABLES, coordinates
+from echobeam.simulation.dataset import TRACK_VARIABLES, VARIABLES, coordinates
 from echobeam.simulation.summary import SchemeSummary
 from echobeam.units import UNITS
 
@@ -241,7 +241,8 @@ def test_every_key_named_anywhere_exists() -> None:
 
 def test_the_page_has_every_variable_as_it_is_written() -> None:
     rows = {code(row[0]): (row[1], row[2]) for row in tables(page("results"), "Variable")}
-    assert rows == {name: (", ".join(v.dims), v.units) for name, v in VARIABLES.items()}
+    written = VARIABLES | TRACK_VARIABLES
+    assert rows == {name: (", ".join(v.dims), v.units) for name, v in written.items()}
 
 
 def test_the_page_has_every_coordinate() -> None:
@@ -440,7 +441,7 @@ def test_every_page_is_in_the_navigation() -> None:
 
 # Snippets
 
-LONG = ("schemes", "reproducibility", "python")
+LONG = ("schemes", "reproducibility", "python", "tracks")
 """Pages whose snippets take seconds."""
 
 

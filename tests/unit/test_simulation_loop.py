@@ -170,6 +170,18 @@ def too_many(view):
             lambda view: decision(view, covered=np.zeros(3)),
             r"covered is of shape \(3,\); expected \(4, 2\)",
         ),
+        (
+            lambda view: decision(view, carrier=np.zeros(2, np.int64)),
+            r"carrier is of shape \(2,\); expected \(4, 2\)",
+        ),
+        (
+            lambda view: decision(view, carrier=view.roster + 1),
+            "carries data by stream 2 in slot 1; expected one of its 2 streams, 0 to 1",
+        ),
+        (
+            lambda view: decision(view, carrier=view.roster - 1),
+            "carries data by stream -1 in slot 1",
+        ),
         (lambda view: None, "returned NoneType from transmit of slot 1; expected an echobeam.Dec"),
         (
             lambda view: decision(

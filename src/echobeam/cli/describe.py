@@ -123,7 +123,24 @@ def _setting(scenario: Scenario) -> list[str]:
         f"{_degrees(cover.resolution)} degrees, rate floor {cover.min_rate:g} bit/s/Hz",
         "schemes": ", ".join(_scheme(name, scenario) for name in scenario.schemes),
     }
+    if radar.detections == "unlabelled":
+        rows |= _unlabelled(scenario)
     return [_filled(f"{name:9}", words) for name, words in rows.items()]
+
+
+def _unlabelled(scenario: Scenario) -> dict[str, str]:
+    """Return how detections come about and are associated where nobody labels them."""
+    from echobeam.schemes.configure import detection_of
+
+    law, tracks = detection_of(scenario), scenario.tracks
+    return {
+        "detected": f"unlabelled; {law.cells:,} cells with a false-alarm rate of "
+        f"{law.false_alarm:g} each and {law.clutter:g} of clutter: {law.mean_false:.3g} false "
+        "detections in a slot",
+        "tracks": f"at most {tracks.capacity}, association {tracks.association}, gate "
+        f"{tracks.gate:g}; {tracks.confirm} detections in {tracks.window} slots confirm one, "
+        f"{tracks.coast} slots without any delete it",
+    }
 
 
 def _gain(radar: RadarTable) -> str:
@@ -202,6 +219,8 @@ def _echoes(objects: Sequence[ObjectBudget], scenario: Scenario) -> list[str]:
     }
     if scenario.radar.crb == "paper":
         columns["as (20) counts it"] = lambda row: _db(row[2].counted_snr)
+    if scenario.radar.detections == "unlabelled":
+        columns["detected %"] = lambda row: f"{100.0 * row[2].detection:.3g}"
     return _table(columns, _phases(objects))
 
 

@@ -16,6 +16,8 @@ BUILT_IN = (
     "paper-height",
     "paper-approximation",
     "paper-signal",
+    "arrivals",
+    "crossing",
     "traffic",
 )
 """Names of the scenarios that come with echobeam."""

@@ -106,7 +106,8 @@ class RadarTable(Table):
     crb: Literal["paper", "exact"] = "paper"
     """Measurement variances: Eqs. (20)-(23), or the Fisher information."""
     variance: Literal["predicted", "known"] = "predicted"
-    """Variance that a scheme is given: the bound at its own prediction, or at the true state."""
+    """Variance that a scheme is given: the bound at its own prediction, or at an unlabelled
+    detection; or that at the true state."""
     model: Literal["crb", "signal"] = "crb"
     """Measurements are Gaussian with the variance of the bound, Eq. (24), or those of the receiver
     that processes the echo signal of Eq. (11)."""
@@ -234,7 +235,7 @@ class TracksTable(Table):
     """Probability with which a track's own detection is inside its gate."""
     confirm: Annotated[Count, Field(le=100)] = 2
     """Detections that confirm a track, of the last `window` slots in which it was lit."""
-    window: Annotated[Count, Field(le=100)] = 3
+    window: Annotated[Count, Field(le=100, validate_default=True)] = 3
     """Slots of that window."""
     coast: Annotated[Count, Field(le=1000)] = 5
     """Slots in a row without a detection, though lit, after which a track is deleted."""

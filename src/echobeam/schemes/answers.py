@@ -80,3 +80,23 @@ def check_tracks(label: str, tracks: Tracks, n_trials: int) -> None:
     variances = np.diagonal(tracks.cov, axis1=-2, axis2=-1)[known]
     if not (variances >= 0.0).all():
         raise SchemeError(f"{label}: a variance of a known track is negative or not a number")
+
+
+def check_identities(label: str, tracks: Tracks) -> None:
+    """Refuse known tracks without an identity of their own: without labels nobody else gives one.
+
+    Raises
+    ------
+    SchemeError
+        Names the identity and what is expected.
+    """
+    known = tracks.known
+    if (tracks.id[known] < 0).any():
+        raise SchemeError(f"{label}: the id of a known track is negative; expected one from 0")
+    ordered = np.sort(np.where(known, tracks.id, -1 - np.arange(known.shape[-1])), axis=-1)
+    twice = ordered[..., 1:] == ordered[..., :-1]
+    if twice.any():
+        number = int(ordered[..., 1:][twice][0])
+        raise SchemeError(
+            f"{label}: two known tracks have the id {number}; expected one of its own"
+        )

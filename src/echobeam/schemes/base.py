@@ -63,7 +63,8 @@ class System(Brief):
     detection
         Law of detections and false ones.
     tracks
-        The scenario's table of association and life of tracks, for unlabelled detections.
+        The table of association and life of tracks, for unlabelled detections, with the scheme's
+        own parameters in place.
     """
 
     array: ArrayTable
@@ -162,7 +163,8 @@ class Decision(Brief):
         ``(T, C)``: identity of the track that each stream is for (in labelled runs that of the
         object, from the roster); `NOBODY` for none. No track has two streams.
     sensed
-        ``(T, C)``: whether the echo of the addressee is processed.
+        ``(T, C)``: whether the echo of the addressee is processed. Without labels those of all or
+        of nobody are: all where any is asked for.
     mode
         ``(T,)`` `Mode`: a label for people and plots.
     covered

@@ -1,7 +1,8 @@
 """Schemes with their parameters: from ``temporal:ripple=1`` to a scheme that can run.
 
-A scheme's parameters are the keys of ``[filter]`` and ``[coverage]`` that its parts read, the
-parts themselves (``frame``, ``tracker``, ``beamer``), and the fields of its own and of its parts.
+A scheme's parameters are the keys of ``[filter]``, ``[coverage]`` and, without labels, ``[tracks]``
+that its parts read, the parts themselves (``frame``, ``tracker``, ``beamer``), and the fields of
+its own and of its parts.
 What the text says goes before the scenario's ``[schemes.NAME]``, and that before its tables.
 """
 

@@ -1,7 +1,8 @@
 """Parameters of a scheme: what can be set on it and on its parts, and the setting of it.
 
-Three kinds: keys of the scenario's ``[filter]`` and ``[coverage]`` that the parts read, the parts
-themselves, and the plain fields (numbers, texts) of the scheme and of its parts.
+Three kinds: keys of the scenario's ``[filter]``, ``[coverage]`` and, without labels, ``[tracks]``
+that the parts read, the parts themselves, and the plain fields (numbers, texts) of the scheme and
+of its parts.
 """
 
 from __future__ import annotations

@@ -21,7 +21,8 @@ class Sharing(Brief):
     leader
         ``(T, C)``: the column whose stream serves a track; its own if it shares none.
     centre
-        ``(T, C)`` rad: middle of the angles of a leader's group; NaN for a leader of one.
+        ``(T, C)`` rad: middle of the angles of a leader's group, of a vertical array below 90
+        degrees; NaN for a leader of one.
     reach
         ``(T, C)`` rad: from there to the outermost angle.
     farthest
@@ -103,8 +104,10 @@ def share(tracks: Tracks, system: System) -> Sharing:
     leader = _components(near, alone)
     own = (leader[:, None, :] == alone[..., None]) & known[:, None, :]
     many = own.sum(axis=-1) > 1
-    low = np.min(np.where(own, angle[:, None, :], np.inf), axis=-1)
-    high = np.max(np.where(own, angle[:, None, :], -np.inf), axis=-1)
+    # A vertical array sees theta and pi - theta as one: between mirror images is another direction.
+    seen = np.minimum(angle, np.pi - angle) if system.array.axis == "vertical" else angle
+    low = np.min(np.where(own, seen[:, None, :], np.inf), axis=-1)
+    high = np.max(np.where(own, seen[:, None, :], -np.inf), axis=-1)
     far = np.max(np.where(own, distance[:, None, :], -np.inf), axis=-1)
     low, high, far = (np.where(many, each, np.nan) for each in (low, high, far))
     return Sharing(leader, 0.5 * (low + high), 0.5 * (high - low), far)

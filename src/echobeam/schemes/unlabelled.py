@@ -146,10 +146,16 @@ class Unlabelled:
         nobody = np.zeros(id.shape, dtype=bool)
         radio, n_tx = view.system.radio, view.system.array.n_tx
         probing = transmission.omni(nobody, radio.power, n_tx)
+        sent = transmission.choose(searching, probing, decision.sent)
         beams = (mode == Mode.DIRECTIONAL)[:, None]
+        # There is no beam to share in an omnidirectional slot: every track has a stream.
+        apart = (mode == Mode.OMNI) & sharing.follows.any(axis=-1)
+        if apart.any():
+            streams = transmission.omni(prior.tracks.id != NOBODY, radio.power, n_tx)
+            sent = transmission.choose(apart, streams, sent)
         return replace(
             decision,
-            sent=transmission.choose(searching, probing, decision.sent),
+            sent=sent,
             addressee=np.where(prior.tracks.id == NOBODY, last.id, prior.tracks.id),
             mode=mode,
             sensed=np.broadcast_to(self._receives(mode, among)[:, None], id.shape),

@@ -139,7 +139,7 @@ def _side(scenario: Scenario) -> list[Assumption]:
 def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
     isolation = scale.transmit_power / scale.noise_power
     radar = scenario.radar
-    signal = radar.model == "signal"
+    signal, unlabelled = radar.model == "signal", radar.detections == "unlabelled"
     cancelled = f"cancelled to the noise level, by {_db(isolation)} dB"
     if signal and radar.self_interference > 0.0:
         cancelled = f"cancelled to {_db(radar.self_interference)} dB above the noise"
@@ -147,7 +147,13 @@ def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
         clutter = Assumption(
             "clutter",
             f"a metre of road below the UAV echoes with |epsilon|^2 = {radar.ground_clutter:g}; "
-            "each object's echo is identified",
+            + (
+                "nobody says whose an echo is" if unlabelled else "each object's echo is identified"
+            ),
+        )
+    elif unlabelled:
+        clutter = Assumption(
+            "flat ground", "the UAV knows its height, and that objects are on flat ground"
         )
     else:
         clutter = Assumption(

@@ -53,6 +53,9 @@ PER_SCHEME = (
 PER_TRACK = ("track_id", "track_status", "track_object", "track_state")
 """Arrays ``(scheme, trial, slot, track, ...)`` of unlabelled runs."""
 
+EMPTY = dict(zip(PER_TRACK, (NOBODY, 0, NOBODY, np.nan), strict=True))
+"""Values of these arrays in a column without a track."""
+
 UNLABELLED = ("shared", *PER_TRACK)
 """Arrays that only unlabelled runs have."""
 
@@ -123,8 +126,13 @@ def run_block(
 
 
 def track_columns(scenario: Scenario, schemes: Sequence[ConfiguredScheme]) -> int:
-    """Return the number of tracks that a result has columns for: the largest capacity."""
-    return max([scenario.tracks.capacity, *(one.system.tracks.capacity for one in schemes)])
+    """Return the number of tracks that a result has columns for: the largest capacity.
+
+    A scheme that sees the truth has a track for each object, whatever the capacity of others.
+    """
+    seen = [scenario.n_objects for one in schemes if one.scheme.omniscient]
+    capacities = [one.system.tracks.capacity for one in schemes]
+    return max([scenario.tracks.capacity, *capacities, *seen])
 
 
 def _in_columns(
@@ -144,12 +152,20 @@ def _in_columns(
             f"{columns}"
         )
     wider = dict(run)
-    for key, empty in zip(PER_TRACK, (NOBODY, 0, NOBODY, np.nan), strict=True):
-        old = run[key][:, :, :columns]
-        new = np.full((*old.shape[:2], columns, *old.shape[3:]), empty, dtype=old.dtype)
-        new[:, :, : old.shape[2]] = old
-        wider[key] = new
+    for key, empty in EMPTY.items():
+        wider[key] = _widened(run[key][:, :, :columns], 2, columns, empty)
     return wider
+
+
+def _widened(
+    values: npt.NDArray[np.generic], axis: int, columns: int, empty: float
+) -> npt.NDArray[np.generic]:
+    """Return values with more columns of tracks along an axis, which are empty."""
+    missing = columns - values.shape[axis]
+    if missing == 0:
+        return values
+    shape = (*values.shape[:axis], missing, *values.shape[axis + 1 :])
+    return np.concatenate([values, np.full(shape, empty, dtype=values.dtype)], axis=axis)
 
 
 def _run_scheme(
@@ -159,8 +175,16 @@ def _run_scheme(
     for record in run_slots(world, scheme):
         records.append(record)
         advance(len(world.trials))
+    tracks = [record.track_id for record in records]
+    # A scheme of a user's may have more tracks in one slot than in another.
+    columns = max((each.shape[-1] for each in tracks if each is not None), default=0)
+
+    def of_slot(record: SlotRecord, name: str) -> npt.NDArray[np.generic]:
+        values: npt.NDArray[np.generic] = getattr(record, name)
+        return _widened(values, 1, columns, EMPTY[name]) if name in EMPTY else values
+
     arrays: dict[str, npt.NDArray[np.generic]] = {
-        name: np.stack([getattr(record, name) for record in records], axis=1)
+        name: np.stack([of_slot(record, name) for record in records], axis=1)
         for name in (*SHARED, *names)
     }
     for name in FIXED:

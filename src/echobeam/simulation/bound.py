@@ -140,6 +140,9 @@ def bound_of(terms: Mapping[str, Array], scenario: Scenario) -> Array:
     F, Q = terms["motion"] / trials, _process(scenario, len(information))
     # E[(G - F)^T Q^-1 (G - F)] from sums that can be added up; zero without process noise.
     scatter = terms["motion_square"] / trials - motion_square(F[None], Q)
+    # An object that is not there yet waits, and what is known of its velocity stays known.
+    absent = ~np.isfinite(F).all(axis=(-2, -1), keepdims=True)
+    F, scatter = np.where(absent, np.eye(3), F), np.where(absent, 0.0, scatter)
     prior = np.zeros((information.shape[1], 3, 3))
     if scenario.filter.velocity_prior > 0:
         prior[:, 2, 2] = scenario.filter.velocity_prior**-2
@@ -171,6 +174,7 @@ def _process(scenario: Scenario, n_slots: int) -> Array:
         column = column * along[:, None]
         covariances[slot] = column[:, :, None] * column[:, None, :]
         covariances[slot, :, 2, 2] = velocity_std**2
+        covariances[slot, ~world.present] = 0.0
         world = world.advance()
     return covariances
 

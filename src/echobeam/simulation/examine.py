@@ -33,6 +33,7 @@ def examine_decision(name: str, decision: Decision, tracks: Tracks, view: View) 
         )
     _check_shapes(name, decision, view)
     _check_addressees(name, decision, tracks, view)
+    _check_carriers(name, decision, view)
     sent = decision.sent
     if (decision.covered < 0.0).any() or np.isinf(decision.covered).any():
         raise SchemeError(
@@ -66,6 +67,8 @@ def _check_shapes(name: str, decision: Decision, view: View) -> None:
         "covered": (decision.covered, per_stream, "real numbers"),
         "fallback": (decision.fallback, (trials,), "true or false"),
     }
+    if decision.carrier is not None:
+        expected["carrier"] = (decision.carrier, per_stream, "whole numbers")
     where = f"scheme {name!r}, decision of slot {view.slot}:"
     for key, (value, shape, kind) in expected.items():
         check_array(f"{where} {key}", value, shape, kind)
@@ -95,4 +98,17 @@ def _check_addressees(name: str, decision: Decision, tracks: Tracks, view: View)
     if (np.diff(order, axis=-1) == 0).any():
         raise SchemeError(
             f"scheme {name!r} sends two streams to one track in slot {view.slot}; expected one"
+        )
+
+
+def _check_carriers(name: str, decision: Decision, view: View) -> None:
+    """Refuse streams that are not there as carriers of data."""
+    if decision.carrier is None:
+        return
+    carrier, count = np.asarray(decision.carrier), decision.addressee.shape[-1]
+    outside = (carrier < 0) | (carrier >= count)
+    if outside.any():
+        raise SchemeError(
+            f"scheme {name!r} carries data by stream {int(carrier[outside][0])} in slot "
+            f"{view.slot}; expected one of its {count} streams, 0 to {count - 1}"
         )

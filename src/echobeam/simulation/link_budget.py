@@ -17,10 +17,12 @@ import numpy as np
 from echobeam.physics import transmission
 from echobeam.physics.angles import exact_cosine
 from echobeam.physics.array import LinearArray
+from echobeam.physics.detection import DetectionLaw
 from echobeam.physics.link import channel_loss, rate, sinr
 from echobeam.physics.measurement import measure
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import detection_of
 from echobeam.simulation.world import World
 from echobeam.units import BOLTZMANN, SPEED_OF_LIGHT
 from echobeam.values import Array, Transmission
@@ -54,6 +56,8 @@ class EchoBudget:
     velocity_std
         Standard deviation of the speed along the road from the Doppler, m/s; infinite across the
         line of sight.
+    detection
+        Probability that the echo is detected at ``radar.false_alarm``; labelled ones always are.
     """
 
     raw_snr: float
@@ -66,6 +70,7 @@ class EchoBudget:
     distance_std: float
     speed_std: float
     velocity_std: float
+    detection: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +191,7 @@ def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
     """Return the budgets of the objects present in a slot of one trial."""
     scenario, law = world.scene.scenario, world.scene.law
     radio, array = scenario.radio, law.transmitter
-    here = np.flatnonzero(world.present)
+    here, seen = np.flatnonzero(world.present), detection_of(scenario)
     state = world.state[0, here]
     omni = transmission.omni(np.ones(len(here), dtype=np.bool_), radio.power, array.n)
     loss = channel_loss(state[:, 1], radio.noise, radio.alpha0)
@@ -215,8 +220,10 @@ def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
                 beam_snr=array.n * snr,
                 beam_rate=float(rate(array.n * snr)),
                 beam_width=float(widths[place]),
-                omni_echo=_echo(omni, alone, law, radio.carrier),
-                beam_echo=_echo(_matched(angle, radio.power, array), alone, law, radio.carrier),
+                omni_echo=_echo(omni, alone, law, seen, radio.carrier),
+                beam_echo=_echo(
+                    _matched(angle, radio.power, array), alone, law, seen, radio.carrier
+                ),
             )
         )
     return tuple(budgets)
@@ -236,7 +243,9 @@ def _matched(angle: float, power: float, array: LinearArray) -> Transmission:
     return transmission.directional(math.sqrt(power / array.n) * array.steering([angle]))
 
 
-def _echo(sent: Transmission, state: Array, law: VarianceLaw, carrier: float) -> EchoBudget:
+def _echo(
+    sent: Transmission, state: Array, law: VarianceLaw, seen: DetectionLaw, carrier: float
+) -> EchoBudget:
     """Return the echo of an object in a state ``(1, 3)``."""
     snr = law.snr(sent, state)
     angle, delay, doppler = np.sqrt(law.variance(sent, state, snr)[0])
@@ -255,4 +264,5 @@ def _echo(sent: Transmission, state: Array, law: VarianceLaw, carrier: float) ->
         distance_std=float(delay) * SPEED_OF_LIGHT / 2.0,
         speed_std=speed_std,
         velocity_std=speed_std / along if along > 0.0 else math.inf,
+        detection=float(seen.probability(snr)[0]),
     )

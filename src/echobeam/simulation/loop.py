@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from echobeam.brief import html_table
-from echobeam.schemes.answers import check_tracks
+from echobeam.schemes.answers import check_identities, check_tracks
 from echobeam.schemes.base import Decision, SchemeError, SchemeRunError, View, reported
 from echobeam.schemes.configure import ConfiguredScheme
 from echobeam.schemes.failures import failure, is_users, users_traceback
@@ -317,6 +317,8 @@ def _tracks(configured: ConfiguredScheme, belief: object, call: str, world: Worl
     with _Answering(configured, call, world):
         tracks = reported(belief, f"scheme {configured.name!r}", call)
         check_tracks(label, tracks, len(world.trials))
+        if not _by_label(world, configured):
+            check_identities(label, tracks)
     freeze(tracks.mean, tracks.cov, tracks.status)
     return tracks
 

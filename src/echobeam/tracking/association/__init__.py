@@ -4,12 +4,13 @@ Read `pairs` first: the log odds of each pair are all that the other files know 
 choices of what to do with the joint events:
 
 `nearest`     the most probable one
-`best`        the K most probable ones, in order
+`best`        the K most probable ones, in order (enumerated, or by `search`)
 `hypotheses`  the most probable ones over a window of scans
 `joint`       the marginal probabilities over all of them (`exact`, or `belief` if there are many)
 
-`clusters` takes a scan apart into problems that do not compete, and `moments` makes one Gaussian of
-a mixture. No file knows a filter: the caller updates tracks with what comes back.
+`clusters` takes a scan apart into problems that do not compete, `prices` are what detections are
+worth in the best event, and `moments` makes one Gaussian of a mixture. No file knows a filter: the
+caller updates tracks with what comes back.
 """
 
 from echobeam.tracking.association.best import k_best

@@ -24,8 +24,8 @@ class Arithmetic:
         Of two weights; `add` has `accumulate`.
     zero, one
         As weights.
-    of_log, number
-        A weight from its logarithm, and the plain number of a weight.
+    of_log, log, number
+        A weight from its logarithm, and the logarithm and plain number of a weight.
     """
 
     add: np.ufunc
@@ -34,11 +34,14 @@ class Arithmetic:
     zero: float
     one: float
     of_log: Callable[[Array], Array]
+    log: Callable[[Array], Array]
     number: Callable[[Array], Array]
 
 
-LINEAR = Arithmetic(np.add, np.multiply, np.divide, 0.0, 1.0, np.exp, np.asarray)
-LOGARITHMIC = Arithmetic(np.logaddexp, np.add, np.subtract, -np.inf, 0.0, np.asarray, np.exp)
+LINEAR = Arithmetic(np.add, np.multiply, np.divide, 0.0, 1.0, np.exp, np.log, np.asarray)
+LOGARITHMIC = Arithmetic(
+    np.logaddexp, np.add, np.subtract, -np.inf, 0.0, np.asarray, np.asarray, np.exp
+)
 
 _LINEAR_RANGE = 600.0
 """Logarithm of the ratio of weights up to which plain numbers are used.

@@ -18,7 +18,8 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.faults import InputError
-from echobeam.tracking.association.best import k_best, largest
+from echobeam.tracking.association.best import k_best
+from echobeam.tracking.association.order import largest
 from echobeam.tracking.association.pairs import Pairs
 from echobeam.values import NOBODY, Array, BoolArray, IntArray
 
