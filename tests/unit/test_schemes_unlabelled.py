@@ -226,6 +226,27 @@ def test_a_trial_without_tracks_looks_around_until_it_has_one():
             np.testing.assert_array_equal(decision.sent.beams, 0.0)
 
 
+@pytest.mark.parametrize("name", ["pilot", "pilot-needle", "pilot-predict"])
+def test_a_pilot_that_finds_somebody_within_a_frame_serves_it_from_the_next_slot_on(name):
+    """The mutant that held beams for nobody until the frame's end; and each trial for itself."""
+    late = [{"angle": 1.1, "velocity": 10.0, "appears": 0.025}]
+    own = {"radar.fluctuation": "swerling1", "radar.clutter": 0.0, "radio.power": 1700.0}
+    scenario = scenario_of(late, **own, **{"frame.slots_per_frame": 10, "frame.frames": 1})
+    records, mine = watched(scenario, name, trials=8)
+    found = [int((record.mode == Mode.PILOT).sum()) for record in records]
+    assert found[:4] == [8] * 4
+    assert 0 < found[4] < 8  # in some trials the first echo is missed
+    for record, decision in zip(records[4:], mine.decisions[4:], strict=True):
+        beams = record.mode == Mode.DIRECTIONAL
+        np.testing.assert_array_equal(record.rate[:, 0] > 0.0, beams)
+        power = transmission.radiated_power(decision.sent)
+        np.testing.assert_allclose(power, 1700.0, rtol=1e-6)
+    for trial in range(8):
+        alone, _ = watched(scenario, name, begin(scene_of(scenario), 5, range(trial, trial + 1)))
+        for one, other in zip(records, alone, strict=True):
+            np.testing.assert_allclose(one.rate[trial], other.rate[0], rtol=1e-4)
+
+
 def test_the_track_of_an_object_that_left_coasts_and_ends():
     objects = [{"angle": 1.1, "velocity": 10.0, "leaves": 0.08}]
     records, _ = watched(scenario_of(objects, **CLEAR, **{"tracks.coast": 4}), "temporal")
@@ -412,6 +433,24 @@ def test_a_receiver_that_processes_the_signal_finds_and_tracks(axis):
     assert tracked.any(axis=-1)[:, :, 6:].mean() > 0.7
     error = (result["estimated"] - result["truth"]).values[0, :, 6:, 0]
     assert np.nanmax(np.abs(error[..., 1])) < 3.0
+
+
+@pytest.mark.parametrize("angle", ["glrt", "capon"])
+def test_a_receiver_hears_nothing_where_there_is_nothing_or_nothing_is_sent(angle):
+    own = {"radar.model": "signal", "radar.clutter": 0.0, "radar.angle": angle, "array.n_tx": 2}
+    empty = scenario_of([], **own, **{"frame.frames": 1})
+    result = eb.simulate(empty, ["temporal"], trials=2)
+    assert (result["mode"].values == Mode.OMNI).all()
+
+    def silent(prior, view):
+        return np.zeros((*prior.known.shape, view.system.array.n_tx))
+
+    for detections in ("labelled", "unlabelled"):
+        scenario = scenario_of(ONE, **own, **{"radar.detections": detections, "frame.frames": 1})
+        result = eb.simulate(scenario.replace({"radio.power": 1e6}), [silent], trials=2)
+        quiet = result["mode"].values[0] == Mode.DIRECTIONAL
+        assert quiet.any()
+        assert np.isnan(result["measured"].values[0][quiet]).all()
 
 
 @pytest.mark.slow

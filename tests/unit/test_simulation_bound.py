@@ -55,3 +55,28 @@ def test_an_object_that_appears_later_has_the_bound_of_one_that_was_there(
     one, later, before = (found[..., column, first:] for column in range(3))
     np.testing.assert_allclose(later[LATER:], one[:-LATER], rtol=rtol)
     np.testing.assert_allclose(before[:LATER], one[:LATER], rtol=rtol)
+
+
+def test_an_object_that_is_measured_late_has_no_bound_until_then():
+    """With noise of nature's own and nothing known, rounding leaves information below zero."""
+    weak = Scenario.model_validate(
+        {
+            "name": "weak",
+            "array": {"n_tx": 8},
+            "radio": {"power": 1e6},
+            "radar": {"detections": "unlabelled", "crb": "exact", "fluctuation": "swerling1"},
+            "uav": {"height": 100.0, "speed": 15.0, "heading": 0.0},
+            "objects": [
+                {"angle": 1.0, "velocity": 12.0},
+                {"angle": 0.21, "velocity": 25.0},  # beyond the longest delay
+                {"angle": 2.9, "velocity": 29.0, "leaves": 0.03},
+            ],
+            "frame": {"slots_per_frame": 7, "frames": 4},
+            "truth": {"process_noise": True},
+        }
+    )
+    result = eb.simulate(weak, ["omni", "pilot-predict"], trials=4, seed=1)
+    bound = with_bound(result, weak)["bound"].values
+    assert np.isfinite(bound[0, -1, 0]).all()
+    assert np.isnan(bound[:, :, 1]).all()
+    assert len(eb.summary(result))

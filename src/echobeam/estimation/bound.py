@@ -122,7 +122,7 @@ def _predicted_information(J: Array, F: Array, scatter: Array, Q: Array) -> Arra
 def _inverse(J: Array) -> Array:
     """Return J^-1 over the batch, infinite where J is singular to working precision."""
     one = np.eye(J.shape[-1])
-    scale = np.sqrt(np.diagonal(J, axis1=-2, axis2=-1))
+    scale = np.sqrt(np.maximum(np.diagonal(J, axis1=-2, axis2=-1), 0.0))  # rounding below zero
     scale = np.where(scale > 0.0, scale, 1.0)
     # The components' units differ by many orders; only the scaled matrix tells what is singular.
     unit = scale[..., :, None] * scale[..., None, :]

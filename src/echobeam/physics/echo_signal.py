@@ -62,7 +62,8 @@ def echo_signal(
     delay, doppler = (np.where(there, one, 0.0) for one in (scatterers.delay, scatterers.doppler))
     lit = lit * waveform.phases(delay, doppler)
     lit = lit * scatterers.amplitude[..., None, None]
-    received = np.swapaxes(b, -1, -2) @ lit.reshape(*lit.shape[:-2], -1)
+    cells = shape[-2] * shape[-1]  # not -1: without scatterers there is nothing to infer it from
+    received = np.swapaxes(b, -1, -2) @ lit.reshape(*lit.shape[:-2], cells)
     signal: ComplexArray = received.reshape(*received.shape[:-1], *shape[-2:])
     return signal
 

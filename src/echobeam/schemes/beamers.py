@@ -183,7 +183,10 @@ class MatchedBeamer:
 
 @dataclass(frozen=True, slots=True)
 class HeldBeams:
-    """Beams designed in the second slot of a frame and held until its end."""
+    """Beams designed in the second slot of a frame and held until its end.
+
+    In a trial that had nobody to send them to they are designed once it has a track.
+    """
 
     beamer: CoverBeamer | MatchedBeamer
 
@@ -203,6 +206,10 @@ class HeldBeams:
         if view.slot_in_frame == 2 or held is None:
             held = self.beamer.beams(aim, replace(view, memory=None))
         stays = aim.last.known
+        late = aim.active & stays.any(axis=-1) & ~held.beams.any(axis=(-2, -1))
+        if late.any():
+            made = self.beamer.beams(replace(aim, active=late), replace(view, memory=None))
+            held = _instead(held, made, late)
         return Beams(
             np.where(stays[..., None], held.beams, 0.0),
             np.where(stays, held.covered, np.nan),
@@ -210,3 +217,13 @@ class HeldBeams:
             held.messages,
             memory=held,
         )
+
+
+def _instead(held: Beams, made: Beams, trials: BoolArray) -> Beams:
+    """Return the held beams, in some trials those made now."""
+    return Beams(
+        np.where(trials[:, None, None], made.beams, held.beams),
+        np.where(trials[:, None], made.covered, held.covered),
+        np.where(trials, made.fallback, held.fallback),
+        (held.messages or {}) | (made.messages or {}),
+    )

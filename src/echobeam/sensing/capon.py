@@ -42,7 +42,9 @@ def covariance(snapshots: ComplexArray, loading: float = LOADING) -> ComplexArra
     backward = np.conj(forward[..., ::-1, ::-1])  # the array is symmetric in its middle
     both = 0.5 * (forward + backward)
     mean = np.trace(both, axis1=-2, axis2=-1).real / n
-    loaded: ComplexArray = both + (loading * mean)[..., None, None] * np.eye(n)
+    # Snapshots of nothing that was sent are zero, and have no direction: any covariance will do.
+    added = np.where(mean > 0.0, loading * mean, 1.0)
+    loaded: ComplexArray = both + added[..., None, None] * np.eye(n)
     return loaded
 
 

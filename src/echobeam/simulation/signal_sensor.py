@@ -103,6 +103,9 @@ def detect_in_signal(
     trials, objects = len(world.trials), world.identity.size
     value = np.full((trials, objects, 3), np.nan)
     variance = np.full((trials, objects, 3), np.inf)
+    if not receives.any():
+        none, nothing = np.zeros((trials, 0)), np.zeros((trials, 0), dtype=np.bool_)
+        return Echo(none, none, none, none, nothing, np.zeros((trials, 0, 3))), value, variance
     parts: list[Echo] = []
     for some, found, truth in _in_parts(world, sent, amplitude, MOST_ECHOES):
         parts.append(found)
