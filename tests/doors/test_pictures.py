@@ -16,10 +16,10 @@ import echobeam as eb
 from echobeam.cli.plot import command
 from echobeam.commands.plot import readable
 from echobeam.faults import InputError, RunError
-from echobeam.plots import KINDS, PlotError, figures
+from echobeam.plots import KINDS, OF_TRACKS, PlotError, figures
 from echobeam.plots.drawing import draw
 
-from ..unit.plot_dataset import build_result
+from ..unit.plot_dataset import build_result, build_unlabelled
 from ..unit.plot_figures import figure_of
 
 ALL = ("temporal", "pilot", "water-filling", "genie", "omni", "pilot-needle", "pilot-predict")
@@ -108,6 +108,18 @@ CASES = {
 }
 
 
+UNLABELLED = {
+    "three objects": lambda: build_unlabelled(
+        ALL[:4], trials=3, slots=20, angles=(75, 135, 50), velocities=(30.0, -3.0, 10.0)
+    ),
+    "thirty objects": lambda: build_unlabelled(
+        ("temporal", *LONG_NAMES), "horizontal", trials=1, slots=80,
+        angles=np.linspace(20, 160, 30), velocities=np.linspace(-20, 20, 30),
+    ),
+    "two slots": lambda: build_unlabelled(slots=2),
+    "no objects": lambda: build_unlabelled(angles=(), velocities=(), trials=2),
+}  # fmt: skip
+
 QUICK = ("variants with long names", "no objects")
 
 
@@ -120,6 +132,19 @@ def result(request):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_picture_of_every_result_is_whole_and_warns_of_nothing(kind, result):
+    draw_whole(kind, result)
+
+
+@pytest.mark.parametrize("kind", [*KINDS, *OF_TRACKS])
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(c, marks=[] if c == "no objects" else [pytest.mark.slow]) for c in UNLABELLED],
+)
+def test_every_picture_of_unlabelled_results_is_whole_and_warns_of_nothing(kind, case):
+    draw_whole(kind, UNLABELLED[case]())
+
+
+def draw_whole(kind, result):
     """Texts and axes lie within the picture, the legend covers none, letters can be printed."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -202,3 +202,49 @@ def _label(out, truth, present, schemes, phases, time) -> xr.Dataset:
             "phase": (("scheme", "slot"), phases),
         },
     )
+
+
+def build_unlabelled(
+    schemes: Sequence[str] = ("temporal", "pilot"), axis: str = "vertical", **options
+) -> xr.Dataset:
+    """Return a result with tracks: options as of `build_result`, whose objects come and go.
+
+    The track of an object has its number. It is born tentative in the slot after the object
+    appears, is confirmed in the next, and coasts for two slots after the object has left. One
+    more track is of nobody and confirmed in slots 4 to 6, and one is tentative in slot 2 alone.
+    A track is in another column in every slot.
+    """
+    result = build_result(schemes, coming_and_going=True, **options)
+    result.attrs["scenario"] = (
+        result.attrs["scenario"].replace('"vertical"', f'"{axis}"')
+        + '[radar]\ndetections = "unlabelled"\n'
+    )
+    truth = result["truth"].values
+    present = result["present"].values
+    trials, slots, K = present.shape
+    C, shape = K + 2, (result.sizes["scheme"], trials, slots, K + 2)
+    id, about = (np.full(shape, -1) for _ in range(2))
+    status, state = np.zeros(shape, dtype=np.int8), np.full((*shape, 3), np.nan)
+
+    def put(track, slot, stage, whom, where):
+        column = (track + slot) % C
+        id[..., slot, column], status[..., slot, column] = track, stage
+        about[..., slot, column], state[..., slot, column, :] = whom, where
+
+    for k in range(K):
+        there = np.flatnonzero(present[0, :, k])
+        for slot in range(there[0] + 1, min(there[-1] + 3, slots)):
+            stage = 1 if slot == there[0] + 1 else 2 if slot <= there[-1] else 3
+            last = min(slot, there[-1])
+            error = np.array([1e-3, 0.2, 1.0]) * (1.0 + 0.1 * k)
+            put(k, slot, stage, k if slot == last else -1, truth[:, last, k] + error)
+    for slot in range(3, min(6, slots)):
+        put(K, slot, 2, -1, np.array([np.deg2rad(40.0), 150.0, 0.0]))
+    if slots > 1:
+        put(K + 1, 1, 1, -1, np.array([np.deg2rad(120.0), 110.0, 0.0]))
+    per_track = ("scheme", "trial", "slot", "track")
+    result["track_id"], result["track_status"] = (per_track, id), (per_track, status)
+    result["track_object"] = (per_track, about)
+    result["track_state"] = ((*per_track, "state"), state)
+    result["shared"] = ((*per_track[:3], "object"), np.zeros((*shape[:3], K), dtype=bool))
+    return result

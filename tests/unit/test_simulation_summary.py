@@ -113,6 +113,22 @@ def test_a_prediction_has_no_bound():
     np.testing.assert_array_equal(np.isfinite(ratio), found)
 
 
+def test_the_bound_of_unlabelled_detections_is_that_of_the_trials_with_a_track():
+    """The second object is found in two of six trials: its bound is that of these alone."""
+    scenario = eb.load_scenario("paper-multi", {"filter.velocity_prior": 0.0})
+    run = eb.simulate(scenario, ["omni"], trials=6, seed=3)
+    run["true_var"].values[:, 2:, :, 1] = np.inf
+    run["estimated"].values[:, 2:, :, 1] = np.nan
+    bound = with_bound(run, scenario.replace({"radar.detections": "unlabelled"}))["bound"]
+    expected = with_bound(run.isel(trial=[0, 1]), scenario)["bound"]
+    np.testing.assert_allclose(bound[..., 1, :], expected[..., 1, :], rtol=1e-9)
+    all_trials = with_bound(run, scenario)["bound"]
+    np.testing.assert_allclose(bound[..., 0, :], all_trials[..., 0, :], rtol=1e-12)
+    run["estimated"].values[..., 1, :] = np.nan
+    found = with_bound(run, scenario.replace({"radar.detections": "unlabelled"}))["bound"]
+    assert np.isnan(found[..., 1, :]).all()
+
+
 def test_errors_over_the_bound_are_errors_over_the_bound(result):
     """Against the two curves of the tracking picture, which share the weights of the objects."""
     figures = summarise(result, SCENARIO)
@@ -128,7 +144,7 @@ def test_errors_over_the_bound_are_errors_over_the_bound(result):
 
 def _some(arrays, cut):
     """Some trials of a bound's arrays."""
-    trial = {"truth": 0, "true_var": 1, "predicted_cov": 1}
+    trial = {"truth": 0, "true_var": 1, "predicted_cov": 1, "estimated": 1}
     return {
         name: values[(slice(None),) * trial[name] + (cut,)] if name in trial else values
         for name, values in arrays.items()

@@ -32,8 +32,8 @@ def command() -> None:
     click.echo(
         "\nParameters of [filter] and [coverage] default to the scenario's; shown are those\n"
         "of an empty scenario. On unlabelled detections a scheme of parts takes those of\n"
-        "[filter] and [tracks], too: temporal:association=mht. Parts can be replaced by name or by path/to/file.py:name, as in\n"
-        "temporal:tracker=dead-reckoning:"
+        "[filter] and [tracks], too: temporal:association=mht. Parts can be replaced by name or\n"
+        "by path/to/file.py:name, as in temporal:tracker=dead-reckoning:"
     )
     for kind in PARTS:
         click.echo(f"\n{kind}")

@@ -8,7 +8,7 @@ import numpy as np
 
 from echobeam.plots.looks import Look
 from echobeam.plots.record import Axis, FigureData, Panel, Series
-from echobeam.plots.source import Source, empty_figure
+from echobeam.plots.source import Source
 from echobeam.simulation.statistics import NEEDED
 from echobeam.simulation.track_statistics import NEEDED_OF_TRACKS
 from echobeam.values import Array, Status
@@ -25,8 +25,6 @@ def gospa(source: Source) -> FigureData:
     and cutoff are those of the summary. A coasting track counts as confirmed.
     """
     source.check(*NEEDED, *NEEDED_OF_TRACKS)
-    if not source.result.sizes["object"]:
-        return empty_figure(source, "gospa", "no objects: nothing to track")
     panels = [_panel(source, Axis("GOSPA", "m"), "gospa"), _numbers(source)]
     for part in _PARTS:
         axis = Axis(f"{part.capitalize()} part", "m²", log=part == "localisation")

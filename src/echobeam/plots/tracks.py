@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from echobeam.plots.source import Source, shaded
 from echobeam.values import NOBODY, Array, BoolArray, IntArray, Mode, Status
 
 _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY)
-"""Colours of tracks by their identity; black is that of objects, vermilion of false tracks."""
+"""Colours of tracks in their order; black is that of objects, vermilion of tracks of none."""
 
 _LINES: dict[Status, LineStyle] = {
     Status.TENTATIVE: DOTTED, Status.CONFIRMED: "-", Status.COASTING: DASHED,
@@ -43,7 +44,7 @@ class Track(NamedTuple):
     """Track of one identity: places ``x`` (slot,) in m, NaN without it, ``status`` and ``about``.
 
     ``about`` is the identity of the object that it was scored against, `NOBODY` for none.
-    ``birth`` is the index of its first slot, and ``ever`` whether it was about an object in any.
+    ``birth`` is the index of its first slot; its ``colour`` is vermilion if it never was about one.
     """
 
     id: int
@@ -51,7 +52,7 @@ class Track(NamedTuple):
     status: IntArray
     about: IntArray
     birth: int
-    ever: bool
+    colour: str
 
     def within(self, slots: slice) -> Track:
         """Return the track in some of the slots, with the birth counted from their first."""
@@ -59,11 +60,6 @@ class Track(NamedTuple):
             x=self.x[slots], status=self.status[slots], about=self.about[slots],
             birth=self.birth - slots.start,
         )  # fmt: skip
-
-    @property
-    def colour(self) -> str:
-        """Colour by the identity, and that of false tracks if it was never about an object."""
-        return _COLOURS[self.id % len(_COLOURS)] if self.ever else VERMILION
 
     @property
     def false(self) -> BoolArray:
@@ -117,15 +113,16 @@ def read_tracks(id: IntArray, status: IntArray, about: IntArray, along: Array) -
     id, status, about, along
         ``(slot, track)``: identity, stage, object and position of the track in each column.
     """
-    found = []
+    found, colours = [], cycle(_COLOURS)
     for one in np.unique(id[id != NOBODY]):
         own = id == one
         # one column at most in each slot: the largest value is that of the track
         x = np.where(own.any(axis=1), np.where(own, along, -np.inf).max(axis=1), np.nan)
         stage = np.where(own, status, Status.NONE).max(axis=1)
         whom = np.where(own, about, NOBODY).max(axis=1)
-        birth, ever = int(np.argmax(own.any(axis=1))), bool((whom != NOBODY).any())
-        found.append(Track(int(one), x, stage, whom, birth, ever))
+        colour = next(colours) if (whom != NOBODY).any() else VERMILION
+        birth = int(np.argmax(own.any(axis=1)))
+        found.append(Track(int(one), x, stage, whom, birth, colour))
     return found
 
 
@@ -135,7 +132,7 @@ def _key(found: list[Track]) -> tuple[tuple[str, Look], ...]:
     for status, style in _LINES.items():
         if any((track.status == status).any() for track in found):
             entries.append((f"{status.name.lower()} track", Look(BLUE, "", style)))
-    if not all(track.ever for track in found):
+    if any(track.colour == VERMILION for track in found):
         entries.append(("track never of an object", Look(VERMILION, "", DOTTED)))
     return tuple(entries)
 
