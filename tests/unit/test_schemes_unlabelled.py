@@ -462,3 +462,11 @@ def test_two_processes_give_the_same_numbers():
     one, two = (eb.simulate(scenario, ["omni", "pilot-needle"], trials=130, jobs=j) for j in (1, 2))
     for name in ("rate", "track_state", "track_id", "track_object", "shared", "mode", "estimated"):
         np.testing.assert_array_equal(one[name].values, two[name].values, err_msg=name)
+
+
+@pytest.mark.parametrize("detections", ["labelled", "unlabelled"])
+def test_an_object_that_comes_after_the_end_of_the_run_is_no_fault(detections):
+    late = scenario_of([{"angle": 1.1, "appears": 9.0}], **{"radar.detections": detections})
+    result = eb.simulate(late, ["water-filling", "genie"], trials=2)
+    assert not result["present"].values.any()
+    assert eb.summary(result).loc[("water-filling", "frame_rate_mean"), "value"] == 0.0

@@ -114,7 +114,7 @@ def _set_distances(
 
 def _by_identity(identity: IntArray) -> BoolArray:
     """Return which objects are there, ``(trial, slot, identity)``, whatever their columns."""
-    count = int(identity.max(initial=NOBODY)) + 1
+    count = max(int(identity.max(initial=NOBODY)) + 1, 1)  # one that never comes, if nobody does
     there: BoolArray = (identity[..., None] == np.arange(count)).any(axis=-2)
     return there
 
