@@ -470,3 +470,25 @@ def test_an_object_that_comes_after_the_end_of_the_run_is_no_fault(detections):
     result = eb.simulate(late, ["water-filling", "genie"], trials=2)
     assert not result["present"].values.any()
     assert eb.summary(result).loc[("water-filling", "frame_rate_mean"), "value"] == 0.0
+
+
+@pytest.mark.slow
+def test_an_object_that_passes_below_a_vertical_array_keeps_its_track():
+    """The array folds the angle at 90 degrees, where it measures none."""
+    trials = 20
+    scenario = eb.load_scenario("arrivals").replace(
+        {
+            "array.axis": "vertical",
+            "radio.power": 1e4,
+            "objects": [{"angle": 1.45, "velocity": -30.0}],
+            "frame.frames": 6,
+        }
+    )
+    result = eb.simulate(scenario, ["water-filling"], trials=trials)
+    figures = eb.summary(result)["value"]["water-filling"]
+    assert figures["identity_switches"] == 0.0
+    assert figures["false_tracks"] == 0.0
+    assert figures["tracked"] > 0.95
+    slots = np.isfinite(result["estimated"].values[0, :, :, 0, 0]).sum()
+    # Errors of successive slots depend on each other: the band is that of one in twenty slots.
+    assert figures["frame_nees"] < chi2.ppf(0.999, 3 * slots / 20) / (slots / 20)

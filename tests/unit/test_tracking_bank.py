@@ -31,7 +31,7 @@ def born(bank, values, rules, free=None):
 
 def life(story, rules):
     """Return the status after each slot: "D" detected, "." lit and missed, "u" not lit."""
-    bank, _ = born(banks.empty(1, 1, 3, rules), [1.0], rules)
+    bank, _ = born(banks.empty(1, 1, 3), [1.0], rules)
     seen = [int(bank.status[0, 0])]
     for slot in story:
         bank = banks.aged(bank, np.array([[slot in "Dd"]]), np.array([[slot in "D."]]), rules)
@@ -61,10 +61,11 @@ def life(story, rules):
         # M = N: the first miss of a tentative track is its end.
         ((3, 3, 5), "DD", [TENTATIVE, TENTATIVE, CONFIRMED]),
         ((3, 3, 5), "D.", [TENTATIVE, TENTATIVE, NONE]),
-        # The window slides: detections older than N lit slots do not count.
-        ((3, 4, 5), ".D.", [TENTATIVE] * 4),
-        ((3, 4, 5), ".D.D", [TENTATIVE] * 5),
-        ((3, 4, 5), ".D.DD", [TENTATIVE] * 5 + [CONFIRMED]),
+        # Of the first N lit slots: it ends as soon as they cannot hold M detections.
+        ((3, 4, 5), ".DD", [TENTATIVE] * 3 + [CONFIRMED]),
+        ((3, 4, 5), ".D.", [TENTATIVE] * 3 + [NONE]),
+        ((3, 5, 5), "D..D", [TENTATIVE] * 4 + [CONFIRMED]),
+        ((3, 5, 5), "D...", [TENTATIVE] * 4 + [NONE]),
     ],
 )
 def test_stories_of_a_track(rules, story, expected):
@@ -73,7 +74,7 @@ def test_stories_of_a_track(rules, story, expected):
 
 def test_more_births_than_columns_begin_the_first_ones():
     rules = LifeRules(2, 3, 2)
-    bank, source = born(banks.empty(1, 2, 3, rules), [7.0, 8.0, 9.0], rules)
+    bank, source = born(banks.empty(1, 2, 3), [7.0, 8.0, 9.0], rules)
     assert bank.id.tolist() == [[0, 1]]
     assert source.tolist() == [[0, 1]]
     assert bank.state.mean[0, 0, :, 0].tolist() == [7.0, 8.0]
@@ -85,7 +86,7 @@ def test_more_births_than_columns_begin_the_first_ones():
 
 def test_a_column_is_used_again_and_an_identity_is_not():
     rules = LifeRules(1, 1, 1)
-    bank, _ = born(banks.empty(1, 3, 3, rules), [1.0, 2.0, 3.0], rules)
+    bank, _ = born(banks.empty(1, 3, 3), [1.0, 2.0, 3.0], rules)
     assert bank.id.tolist() == [[0, 1, 2]]
     yes = np.ones((1, 3), bool)
     bank = banks.aged(bank, np.array([[True, False, True]]), yes, rules)
@@ -97,7 +98,7 @@ def test_a_column_is_used_again_and_an_identity_is_not():
     assert source.tolist() == [[NOBODY, 0, NOBODY]]
     assert bank.id[0, 1] == announced
     assert announced > 2
-    assert bank.recent.tolist() == [[[True], [True], [True]]]
+    assert (bank.hits.tolist(), bank.tried.tolist()) == ([[2, 1, 2]], [[2, 1, 2]])
 
 
 def test_unknown_first_states_begin_nothing():
@@ -105,7 +106,7 @@ def test_unknown_first_states_begin_nothing():
     first = first_states([1.0, 2.0])
     first.known[0, 0] = False
     bank, source = banks.with_births(
-        banks.empty(1, 2, 3, rules), np.ones((1, 2), bool), first, np.ones((1, 2), bool),
+        banks.empty(1, 2, 3), np.ones((1, 2), bool), first, np.ones((1, 2), bool),
         np.ones((1, 2)), rules,
     )  # fmt: skip
     assert source.tolist() == [[1, NOBODY]]
@@ -114,7 +115,7 @@ def test_unknown_first_states_begin_nothing():
 
 def test_a_track_that_the_likeliest_hypothesis_gave_up_is_gone_in_all():
     rules = LifeRules(2, 3, 2)
-    bank, _ = born(banks.empty(1, 2, 3, rules, hypotheses=3), [1.0, 2.0], rules)
+    bank, _ = born(banks.empty(1, 2, 3, hypotheses=3), [1.0, 2.0], rules)
     assert bank.state.known.all()
     bank.state.known[0, 0, 1] = False
     bank.state.known[0, 2, 0] = False
@@ -137,10 +138,15 @@ class Slow:
                 continue
             track["lit"].append(detected[place])
             track["misses"] = 0 if detected[place] else track["misses"] + 1
-            if sum(track["lit"][-rules.window :]) >= rules.confirm:
+            first = track["lit"][: rules.window]
+            if sum(first) >= rules.confirm:
                 track["confirmed"] = True
-            least = rules.coast if track["confirmed"] else rules.window - rules.confirm + 1
-            if track["misses"] >= least:
+            to_come = rules.window - len(first)
+            if track["confirmed"]:
+                ended = track["misses"] >= rules.coast
+            else:
+                ended = sum(first) + to_come < rules.confirm
+            if ended:
                 self.columns[place] = None
 
     def begin(self, values, free, identities):
@@ -176,7 +182,7 @@ def histories(draw):
 @given(histories())
 def test_any_history_is_that_of_a_bank_of_dicts(history):
     rules, columns, slots = history
-    bank, slow, value = banks.empty(1, columns, 3, rules), Slow(columns, rules), 0
+    bank, slow, value = banks.empty(1, columns, 3), Slow(columns, rules), 0
     for detected, lit, births in slots:
         free = bank.id == NOBODY  # as before the slot: the schemes begin tracks in no others
         bank = banks.aged(bank, np.array([detected]), np.array([lit]), rules)
@@ -203,8 +209,8 @@ def test_trials_have_lives_and_identities_of_their_own():
     trials, columns, slots = 5, 3, 20
     detected, lit = rng.random((2, slots, trials, columns)) < 0.6
     new = rng.random((slots, trials, 2)) < 0.4
-    together = banks.empty(trials, columns, 3, rules)
-    alone = [banks.empty(1, columns, 3, rules) for _ in range(trials)]
+    together = banks.empty(trials, columns, 3)
+    alone = [banks.empty(1, columns, 3) for _ in range(trials)]
     first = first_states([1.0, 2.0])
     for slot in range(slots):
 
@@ -222,7 +228,7 @@ def test_trials_have_lives_and_identities_of_their_own():
         together = step(together, slice(None))
         alone = [step(bank, slice(trial, trial + 1)) for trial, bank in enumerate(alone)]
         for trial, bank in enumerate(alone):
-            for name in ("id", "status", "recent", "missed", "spread", "next_id"):
+            for name in ("id", "status", "hits", "tried", "missed", "spread", "next_id"):
                 np.testing.assert_array_equal(
                     getattr(together, name)[trial], getattr(bank, name)[0], err_msg=name
                 )

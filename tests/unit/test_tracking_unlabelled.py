@@ -49,6 +49,7 @@ def scan_of(values, method="nearest", columns=1, hypotheses=1, probability=0.9, 
         "mirror": np.full_like(value, np.nan),
         "probability": np.full((1, hypotheses, columns), probability),
         "density": np.full(value.shape[:-1], 1e-1),
+        "density_without_angle": 1e-3,
         "gate": 0.999,
         "method": method,
     }
@@ -250,6 +251,7 @@ def test_a_batch_is_its_trials_one_by_one(method):
                 mirror=np.full_like(value, np.nan),
                 probability=np.full((trials, hypotheses, 3), 0.8),
                 density=np.full((trials, 4), 1e-2 / np.prod(STD)),
+                density_without_angle=1e-2 / np.prod(STD[1:]),
                 gate=0.999,
                 method=method,
                 scans=2,
@@ -286,3 +288,32 @@ def test_empty_columns_stay_empty_and_take_nothing(method):
     assert not found.state.known.any()
     assert found.taken.tolist() == [[NOBODY, NOBODY]]
     assert found.free.tolist() == [[True]]
+
+
+@pytest.mark.parametrize("method", ["nearest", "mht"])
+def test_near_the_fold_neither_side_is_taken_but_delay_and_doppler(method):
+    """Both sides of 90 degrees are within the innovation: the angle is as if not measured."""
+    prior = prior_of([0.5 * np.pi + 1e-3])
+    folded = expected(0.5 * np.pi - 5e-4) + noise(2, 1) * [0.0, 1.0, 1.0]
+    mirror = folded.copy()
+    mirror[:, 0] = np.pi - mirror[:, 0]
+    found = run(prior, scan_of(folded, method, mirror=mirror[None]))
+    one = GaussianState(prior.mean[0], prior.cov[0], prior.known[0])
+    variance = np.array([[np.inf, STD[1] ** 2, STD[2] ** 2]])
+    own = ekf.update(one, folded, variance, MODEL, UAV, POLAR).state
+    np.testing.assert_array_equal(found.state.mean[0], own.mean)
+    np.testing.assert_array_equal(found.state.cov[0], own.cov)
+    assert found.taken.tolist() == [[0]]
+
+
+def test_a_variance_at_the_prediction_goes_before_the_stated_one():
+    prior = prior_of([1.1])
+    value = expected(1.1) + noise(3, 1)
+    variance = 4.0 * STD**2
+    found = run(prior, scan_of(value, predicted_variance=variance[None, None, None, None]))
+    one = GaussianState(prior.mean[0], prior.cov[0], prior.known[0])
+    own = ekf.update(one, value, variance[None], MODEL, UAV, POLAR).state
+    np.testing.assert_array_equal(found.state.mean[0], own.mean)
+    missing = scan_of(value, predicted_variance=variance[None, None, None, None],
+                      variance=np.full((1, 1, 3), np.inf))  # fmt: skip
+    assert run(prior, missing).taken.tolist() == [[NOBODY]]

@@ -99,9 +99,13 @@ class DetectionLaw:
         """
         low, high = self.directions
         slope = np.abs(self.receiver.slope(angle))
-        volume = (high - low) * self.longest * 2.0 * self.widest
-        density: Array = self.mean_false * slope / volume
+        density: Array = self.density_without_angle * slope / (high - low)
         return density
+
+    @property
+    def density_without_angle(self) -> float:
+        """Density of false detections over delay and Doppler alone, 1 / (s Hz)."""
+        return self.mean_false / (self.longest * 2.0 * self.widest)
 
 
 def detection_law(

@@ -62,6 +62,10 @@ class System(Brief):
         B of (38f) as a number.
     detection
         Law of detections and false ones.
+    law_known
+        Whether the variance of a detection is `law` at its place (``radar.variance =
+        "predicted"``), which a prediction tells better than the detection; else detections state
+        their own.
     tracks
         The table of association and life of tracks, for unlabelled detections, with the scheme's
         own parameters in place.
@@ -75,6 +79,7 @@ class System(Brief):
     law: VarianceLaw
     ripple: float
     detection: DetectionLaw
+    law_known: bool
     tracks: TracksTable
 
     @property

@@ -150,6 +150,7 @@ def system_of(
         law=variance_law(scenario),
         ripple=ripple_value(coverage.ripple, scenario.array.n_tx),
         detection=detection_of(scenario),
+        law_known=scenario.radar.model == "crb" and scenario.radar.variance == "predicted",
         tracks=scenario.tracks if tracks is None else tracks,
     )
 

@@ -7,6 +7,7 @@ the paper's filter; any other tracker is given the detections that are taken to 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -37,11 +38,16 @@ from echobeam.values import (
     ModeArray,
     Status,
     Tracks,
+    Transmission,
 )
 
 LIT = 0.5
 """Probability of detection from which a place counts as lit: there a missed detection counts
-against a track, and a new object is believed."""
+against a track."""
+
+LEAST_PROBABILITY = 0.1
+"""Probability of detection from which a detection may be a new object's: below it, false ones of
+places where nothing is sent are the more frequent ones."""
 
 GROUND_STDS = 4.0
 """Standard deviations of the height d sin(theta) by which a new object may be off the ground."""
@@ -113,7 +119,7 @@ class Unlabelled:
         """Return no tracks."""
         table = view.system.tracks
         held = table.hypotheses if table.association == "mht" else 1
-        bank = banks.empty(view.n_trials, table.capacity, POLAR.size, rules(view), held)
+        bank = banks.empty(view.n_trials, table.capacity, POLAR.size, held)
         own = None if self._kalman else self.scheme.tracker.start(_among(bank, view))
         nothing = no_tracks(bank.id)
         return UnlabelledBelief(bank, own, nothing, nothing)
@@ -173,7 +179,12 @@ class Unlabelled:
         seen = _probability(view, bank.state.mean) * receives[:, None, None]
         model = PolarMeasurement(system.radio.carrier)
         associated = update_unlabelled(
-            bank.state, prior.memory, _scan(detections, seen, view), model, view.uav, POLAR
+            bank.state,
+            prior.memory,
+            _scan(detections, seen, bank.state.mean, view),
+            model,
+            view.uav,
+            POLAR,
         )
         taken = associated.taken
         sigma = np.sqrt(detections.variance[..., 0])
@@ -253,20 +264,25 @@ def _spread(prior: UnlabelledBelief) -> Array:
     return spread
 
 
-def _probability(view: View, state: Array) -> Array:
-    """Return the probability of detection ``(T, ...)`` at states ``(T, ..., S)``; 0 where NaN."""
+def _at(law: Callable[[Transmission, Array], Array], view: View, state: Array) -> Array:
+    """Return a law of what was sent at states ``(T, ..., S)``."""
     assert view.sent is not None
     flat = state.reshape(len(state), -1, state.shape[-1])
     with np.errstate(all="ignore"):  # unknown tracks
-        snr = view.system.law.snr(view.sent, flat)
-    probability = view.system.detection.probability(np.nan_to_num(snr, nan=0.0))
-    return probability.reshape(state.shape[:-1])
+        values = law(view.sent, flat)
+    return values.reshape(*state.shape[:-1], *values.shape[2:])
 
 
-def _scan(detections: Detections, seen: Array, view: View) -> Scan:
+def _probability(view: View, state: Array) -> Array:
+    """Return the probability of detection ``(T, ...)`` at states ``(T, ..., S)``; 0 where NaN."""
+    snr = _at(view.system.law.snr, view, state)
+    return view.system.detection.probability(np.nan_to_num(snr, nan=0.0))
+
+
+def _scan(detections: Detections, seen: Array, state: Array, view: View) -> Scan:
     """Return the detections as an association takes them."""
-    table, law = view.system.tracks, view.system.detection
-    mirror = np.full_like(detections.value, np.nan)
+    system, law = view.system, view.system.detection
+    table, mirror = system.tracks, np.full_like(detections.value, np.nan)
     if law.receiver.axis == "vertical":
         mirror = detections.value.copy()
         mirror[..., 0] = np.pi - mirror[..., 0]
@@ -277,26 +293,53 @@ def _scan(detections: Detections, seen: Array, view: View) -> Scan:
         mirror=mirror,
         probability=seen,
         density=law.density(detections.value[..., 0]),
+        density_without_angle=law.density_without_angle,
         gate=table.gate,
         method=table.association,
         scans=table.scans,
+        predicted_variance=_predicted_variance(detections, state, view),
     )
+
+
+def _predicted_variance(detections: Detections, state: Array, view: View) -> Array | None:
+    """Return the variance of each detection if it is at a track's prediction, ``(T, H, C, D, M)``.
+
+    It is the law there; for an echo that fluctuates, scaled by what is stated over the law at the
+    detection: the receiver sees the strength of an echo.
+    """
+    system = view.system
+    if not system.law_known:
+        return None
+    variance = _at(system.law.variance, view, state)[..., None, :]
+    if not system.detection.fluctuating:
+        return variance
+    plain = _at(system.law.variance, view, _places(detections))
+    with np.errstate(invalid="ignore"):
+        scale = np.where(detections.valid[..., None], detections.variance / plain, 1.0)
+    return variance * scale[:, None, None]
+
+
+def _places(detections: Detections) -> Array:
+    """Return the states ``(T, D, S)`` that detections are at, without their velocity."""
+    angle, distance = detections.value[..., 0], 0.5 * SPEED_OF_LIGHT * detections.value[..., 1]
+    return np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
 
 
 def _believed(detections: Detections, view: View) -> BoolArray:
     """Return ``(T, D)``: which detections may be new objects.
 
-    They are where an echo was to be expected, and on the ground: the UAV knows its height, and the
-    noise does not.
+    They are where an echo is possible, and on the ground: the UAV knows its height, and the noise
+    does not.
     """
     value, variance = detections.value, detections.variance
     angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
-    here = np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
     error = distance * np.sin(angle) - view.uav.position[2]
     square = (distance * np.cos(angle)) ** 2 * variance[..., 0]
     square += (0.5 * SPEED_OF_LIGHT * np.sin(angle)) ** 2 * variance[..., 1]
     ground = np.abs(error) <= GROUND_STDS * np.sqrt(square)
-    believed: BoolArray = detections.valid & ground & (_probability(view, here) >= LIT)
+    believed: BoolArray = (
+        detections.valid & ground & (_probability(view, _places(detections)) >= LEAST_PROBABILITY)
+    )
     return believed
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from echobeam.estimation.matching import UNMATCHED, match
-from echobeam.values import NOBODY, Array, Axis, BoolArray, IntArray, Status, Tracks, UavState
+from echobeam.values import NOBODY, Array, Axis, IntArray, Status, Tracks, UavState
 
 CUTOFF = 10.0
 """Distance, m, from which a track is about another object: a lane's traffic is not nearer."""
@@ -118,21 +118,33 @@ def about_objects(
     own = np.where(tracks.known, score.of(tracks.id), NOBODY)
     mean, cov = tracks.mean, tracks.cov
     if axis == "vertical" and (own != NOBODY).any():
-        behind = _behind(mean, own, truth, identity)[..., None]
-        offset = np.array([np.pi, 0.0, 2.0 * uav.velocity[0]])
-        sign = np.array([-1.0, 1.0, -1.0])
-        mean = np.where(behind, offset + sign * mean, mean)
-        cov = np.where(behind[..., None], cov * sign * sign[:, None], cov)
+        image = np.array([np.pi, 0.0, 2.0 * uav.velocity[0]]) + _MIRROR * mean
+        true = _of_objects(truth, own, identity)
+        nearer = _misfit(image, cov, true) < _misfit(mean, cov, true)
+        behind = (nearer & (own != NOBODY))[..., None]
+        mean = np.where(behind, image, mean)
+        cov = np.where(behind[..., None], cov * _MIRROR * _MIRROR[:, None], cov)
     status = np.where(own != NOBODY, tracks.status, 0).astype(np.int8)
     return Tracks(mean, cov, status, own)
 
 
-def _behind(mean: Array, own: IntArray, truth: Array, identity: IntArray) -> BoolArray:
-    """Return whether a track ``(T, C)`` is the mirror image of where its object is."""
-    angle = np.broadcast_to(truth[..., 0], (len(own), identity.size))
+_MIRROR = np.array([-1.0, 1.0, -1.0])
+"""Signs of angle, distance and velocity in a mirror image."""
+
+
+def _of_objects(truth: Array, own: IntArray, identity: IntArray) -> Array:
+    """Return the true state ``(T, C, S)`` of the object that each track is about."""
     column = np.argmax(own[..., None] == identity, axis=-1)
-    true = np.take_along_axis(angle, column, axis=-1)
-    with np.errstate(invalid="ignore"):
-        mirrored = np.abs(np.pi - mean[..., 0] - true) < np.abs(mean[..., 0] - true)
-    behind: BoolArray = mirrored & (own != NOBODY)
-    return behind
+    states = np.broadcast_to(truth, (len(own), *truth.shape[1:]))
+    return np.take_along_axis(states, column[..., None], axis=1)
+
+
+def _misfit(mean: Array, cov: Array, true: Array) -> Array:
+    """Return the squared errors over their variances, ``(T, C)``.
+
+    At 90 degrees the angle of a mirror image is right, and its velocity wrong.
+    """
+    variance = np.diagonal(cov, axis1=-2, axis2=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        misfit: Array = np.sum((mean - true) ** 2 / variance, axis=-1)
+    return misfit

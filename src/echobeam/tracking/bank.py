@@ -1,8 +1,9 @@
 """Tracks of an unknown number of objects: their columns, their identities and their life.
 
-A track is tentative from its first detection, confirmed once M of the last N slots in which it
-was lit gave a detection, coasting while it is lit and not detected, and deleted after some such
-slots in a row. Columns of deleted tracks are used again; identities are not.
+A track is tentative from its first detection. It is confirmed once M of its first N lit slots gave
+a detection, and deleted as soon as they cannot. A confirmed track is coasting while it is lit and
+not detected, and deleted after some such slots in a row. Columns of deleted tracks are used again;
+identities are not.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class LifeRules:
     Attributes
     ----------
     confirm, window
-        M and N: detections that confirm a track, of the last N slots in which it was lit.
+        M and N: detections that confirm a track, of its first N slots in which it was lit.
     coast
         Slots in a row without a detection, though lit, after which a track is deleted.
     """
@@ -53,8 +54,8 @@ class Bank(Brief):
         ``(T, C)``: identity, counted from 0 in each trial; `NOBODY` in an empty column.
     status
         ``(T, C)`` `Status`.
-    recent
-        ``(T, C, N)``: whether the track was detected in its last N lit slots, the latest last.
+    hits, tried
+        ``(T, C)``: detections, and slots in which it was lit, the first detection included.
     missed
         ``(T, C)``: lit slots in a row without a detection.
     spread
@@ -66,7 +67,8 @@ class Bank(Brief):
     state: GaussianState
     id: IntArray
     status: ModeArray
-    recent: BoolArray
+    hits: IntArray
+    tried: IntArray
     missed: IntArray
     spread: Array
     next_id: IntArray
@@ -85,7 +87,7 @@ class Bank(Brief):
         return Tracks(mean, cov, status, np.where(known, self.id, NOBODY))
 
 
-def empty(trials: int, columns: int, size: int, rules: LifeRules, hypotheses: int = 1) -> Bank:
+def empty(trials: int, columns: int, size: int, hypotheses: int = 1) -> Bank:
     """Return a bank without tracks; ``size`` is the number of components of a state."""
     shape = (trials, columns)
     return Bank(
@@ -96,7 +98,8 @@ def empty(trials: int, columns: int, size: int, rules: LifeRules, hypotheses: in
         ),
         id=np.full(shape, NOBODY),
         status=np.zeros(shape, dtype=np.int8),
-        recent=np.zeros((*shape, rules.window), dtype=bool),
+        hits=np.zeros(shape, dtype=np.int64),
+        tried=np.zeros(shape, dtype=np.int64),
         missed=np.zeros(shape, dtype=np.int64),
         spread=np.full(shape, np.nan),
         next_id=np.tile(np.arange(columns), (trials, 1)),
@@ -127,15 +130,13 @@ def aged(bank: Bank, detected: BoolArray, lit: BoolArray, rules: LifeRules) -> B
     detected = detected & there
     counted = there & (lit | detected)
     missed = np.where(detected, 0, bank.missed + counted)
-    shifted = np.concatenate([bank.recent[..., 1:], detected[..., None]], axis=-1)
-    recent = np.where(counted[..., None], shifted, bank.recent)
-    confirmed = (bank.status >= Status.CONFIRMED) | (recent.sum(axis=-1) >= rules.confirm)
+    hits, tried = bank.hits + detected, bank.tried + counted
+    confirmed = (bank.status >= Status.CONFIRMED) | (hits >= rules.confirm)
     alive = np.where(missed > 0, Status.COASTING, Status.CONFIRMED)
     status = np.where(there, np.where(confirmed, alive, Status.TENTATIVE), Status.NONE)
-    # A tentative track that can no longer be confirmed within its window is a false alarm.
-    spared = np.where(confirmed, rules.coast, rules.window - rules.confirm + 1)
-    older = replace(bank, status=status.astype(np.int8), recent=recent, missed=missed)
-    return _without(older, there & (missed >= spared))
+    hopeless = ~confirmed & (hits + rules.window - tried < rules.confirm)
+    older = replace(bank, status=status.astype(np.int8), hits=hits, tried=tried, missed=missed)
+    return _without(older, there & (hopeless | (confirmed & (missed >= rules.coast))))
 
 
 def with_births(
@@ -183,7 +184,6 @@ def with_births(
     cov = np.take_along_axis(first.cov, index[..., None, None], axis=1)[:, None]
     here, state = begins[:, None], bank.state
     once = Status.CONFIRMED if rules.confirm == 1 else Status.TENTATIVE
-    latest = np.arange(rules.window) == rules.window - 1
     highest = bank.next_id.max(axis=-1, keepdims=True)
     begun = Bank(
         state=GaussianState(
@@ -193,7 +193,8 @@ def with_births(
         ),
         id=np.where(begins, bank.next_id, bank.id),
         status=np.where(begins, once, bank.status).astype(np.int8),
-        recent=np.where(begins[..., None], latest, bank.recent),
+        hits=np.where(begins, 1, bank.hits),
+        tried=np.where(begins, 1, bank.tried),
         missed=np.where(begins, 0, bank.missed),
         spread=np.where(begins, np.take_along_axis(spread, index, axis=1), bank.spread),
         next_id=np.where(begins, highest + np.cumsum(begins, axis=-1), bank.next_id),
@@ -214,7 +215,8 @@ def _without(bank: Bank, gone: BoolArray) -> Bank:
         ),
         id=np.where(gone, NOBODY, bank.id),
         status=np.where(gone, Status.NONE, bank.status).astype(np.int8),
-        recent=bank.recent & ~gone[..., None],
+        hits=np.where(gone, 0, bank.hits),
+        tried=np.where(gone, 0, bank.tried),
         missed=np.where(gone, 0, bank.missed),
         spread=np.where(gone, np.nan, bank.spread),
     )

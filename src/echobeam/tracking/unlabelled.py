@@ -37,6 +37,10 @@ Method = Literal["nearest", "jpda", "mht"]
 LEAST_WEIGHT = 1e-6
 """Probability of association below which a detection does not move a track."""
 
+MIRROR_STDS = 3.0
+"""Standard deviations of the innovation within which both sides of a vertical array are near a
+prediction."""
+
 MOSTLY = 0.5
 """Probability of being some track's detection below which one may be a new object's."""
 
@@ -53,17 +57,22 @@ class Scan(Brief):
         ``(T, D)``.
     mirror
         ``(T, D, M)``: the values if the object is on the other side, where the array cannot tell;
-        NaN where it can. A track takes the one that is nearer to its prediction.
+        NaN where it can. A track takes the one whose angle is nearer to its prediction, and no
+        angle if both are near it: the nearer one would agree with it too well.
     probability
         ``(T, H, C)``: of detection, at each track's prediction.
-    density
-        ``(T, D)``: of false detections, at each one.
+    density, density_without_angle
+        ``(T, D)``: of false detections, at each one; and a number, over the components but for the
+        angle.
     gate
         Probability with which a track's own detection is inside its gate.
     method
         Association.
     scans
         Slots after which hypotheses are decided ("mht"); the prior has as many as are held.
+    predicted_variance
+        ``(T, H, C, D or 1, M)``: of each detection if it is at a track's prediction, where that is
+        what the UAV knows; None where each detection states its own.
     """
 
     value: Array
@@ -72,9 +81,18 @@ class Scan(Brief):
     mirror: Array
     probability: Array
     density: Array
+    density_without_angle: float
     gate: float
     method: Method
     scans: int = 1
+    predicted_variance: Array | None = None
+
+
+class _Seen(NamedTuple):
+    """Detections as each track sees them: values and their variances, ``(T, H, C, D, M)``."""
+
+    value: Array
+    variance: Array
 
 
 class Associated(NamedTuple):
@@ -121,10 +139,10 @@ def update(
     """
     columns, width = prior.known.shape[-1], _used(prior.known)
     some = _columns(prior, width)
-    value, pairs = _pairs(some, scan, model, uav)
+    seen, pairs = _pairs(some, scan, model, uav)
 
-    def updated(before: GaussianState, value: Array, chosen: IntArray) -> GaussianState:
-        own, noise = _gathered(value, scan.variance, chosen)
+    def updated(before: GaussianState, seen: _Seen, chosen: IntArray) -> GaussianState:
+        own, noise = _gathered(seen.value, chosen, np.nan), _gathered(seen.variance, chosen, np.inf)
         return ekf.update(before, own, noise, model, uav, space).state
 
     total = None
@@ -138,15 +156,15 @@ def update(
         parents = GaussianState(
             _of(some.mean, parent), _of(some.cov, parent), _of(some.known, parent)
         )
-        state = updated(parents, _of(value, growth.parent), chosen)
+        state = updated(parents, _Seen(_of(seen.value, parent), _of(seen.variance, parent)), chosen)
     else:
         chosen = nearest(pairs)
         if scan.method == "jpda":
             weight = association_probabilities(pairs)
-            state = _mixed(some, value, weight, updated, space)
+            state = _mixed(some, seen, weight, updated, space)
             total = weight[:, 0, :, 1:].sum(axis=-2)
         else:
-            state = updated(some, value, chosen)
+            state = updated(some, seen, chosen)
     taken = np.full((len(chosen), columns), NOBODY)
     taken[:, :width] = chosen[:, 0]
     numbers = np.arange(scan.valid.shape[-1])
@@ -193,54 +211,51 @@ def _used(known: BoolArray) -> int:
 
 def _pairs(
     prior: GaussianState, scan: Scan, model: MeasurementModel, uav: UavState
-) -> tuple[Array, Pairs]:
-    """Return the detections as each track sees them, ``(T, H, C, D, M)``, and the odds of pairs."""
+) -> tuple[_Seen, Pairs]:
+    """Return the detections as each track sees them, and the odds of pairs."""
+    width = prior.known.shape[-1]
+    shape = (*prior.known.shape, *scan.value.shape[1:])
     expected = model.expected(prior.mean, uav)[..., None, :]
-    value = np.broadcast_to(scan.value[:, None, None], (*prior.known.shape, *scan.value.shape[1:]))
-    error = model.residual(value, expected)
-    other = model.residual(np.broadcast_to(scan.mirror[:, None, None], value.shape), expected)
+    mirror = scan.mirror[:, None, None]
+    error = model.residual(np.broadcast_to(scan.value[:, None, None], shape), expected)
+    other = model.residual(np.broadcast_to(mirror, shape), expected)
     behind = np.abs(other[..., :1]) < np.abs(error[..., :1])  # of the angles; NaN is not
-    value = np.where(behind, scan.mirror[:, None, None], value)
-    error = np.where(behind, other, error)
+    value = np.where(behind, mirror, scan.value[:, None, None])
+    error, other = np.where(behind, other, error), np.where(behind, error, other)
+    variance = np.broadcast_to(scan.variance[:, None, None], shape)
+    if scan.predicted_variance is not None:
+        predicted = scan.predicted_variance[:, :, :width]
+        variance = np.where(np.isfinite(variance), predicted, np.inf)
     H = model.jacobian(prior.mean, uav)[..., None, :, :]
-    variance = scan.variance[:, None, None]
-    shape = (*error.shape, error.shape[-1])
-    S = np.broadcast_to(
-        gaussian.innovation_cov(
-            prior.cov[..., None, :, :], H, np.broadcast_to(variance, error.shape)
-        ),
-        shape,
-    )
-    pairs = pairs_of(
-        error,
-        S,
-        scan.probability[:, :, : prior.known.shape[-1]],
-        scan.density[:, None, :],
-        scan.gate,
-        prior.known,
-        scan.valid[:, None, :],
-    )
-    return value, pairs
+    S = gaussian.innovation_cov(prior.cov[..., None, :, :], H, variance)
+    folded = np.abs(other[..., 0]) < MIRROR_STDS * np.sqrt(S[..., 0, 0])
+    if folded.any():
+        S[..., 0, 0] = np.where(folded, np.inf, S[..., 0, 0])
+        angle = np.where(folded, np.inf, variance[..., 0])
+        variance = np.concatenate([angle[..., None], variance[..., 1:]], axis=-1)
+    probability = scan.probability[:, :, :width]
+    known, valid, density = prior.known, scan.valid[:, None, :], scan.density[:, None, :]
+    pairs = pairs_of(error, S, probability, density, scan.gate, known, valid)
+    if folded.any():
+        more = np.log(density / scan.density_without_angle)[..., None, :]
+        pairs = pairs._replace(log_odds=pairs.log_odds + np.where(folded, more, 0.0))
+    return _Seen(value, variance), pairs
 
 
-def _gathered(value: Array, variance: Array, chosen: IntArray) -> tuple[Array, Array]:
-    """Return the chosen detection of each track and its variance, ``(T, H, C, M)``."""
-    missing = (chosen == NOBODY)[..., None]
-    if value.shape[-2] == 0:
-        shape = (*chosen.shape, value.shape[-1])
-        return np.full(shape, np.nan), np.full(shape, np.inf)
+def _gathered(values: Array, chosen: IntArray, missing: float) -> Array:
+    """Return the chosen detection's values for each track, ``(T, H, C, M)``."""
+    if values.shape[-2] == 0:
+        return np.full((*chosen.shape, values.shape[-1]), missing)
     place = np.maximum(chosen, 0)[..., None, None]
-    own = np.take_along_axis(value, place, axis=-2)[..., 0, :]
-    spread = np.broadcast_to(variance[:, None, None], value.shape)
-    noise = np.take_along_axis(spread, place, axis=-2)[..., 0, :]
-    return np.where(missing, np.nan, own), np.where(missing, np.inf, noise)
+    own = np.take_along_axis(values, place, axis=-2)[..., 0, :]
+    return np.where((chosen == NOBODY)[..., None], missing, own)
 
 
 def _mixed(
     prior: GaussianState,
-    value: Array,
+    seen: _Seen,
     weight: Array,
-    updated: Callable[[GaussianState, Array, IntArray], GaussianState],
+    updated: Callable[[GaussianState, _Seen, IntArray], GaussianState],
     space: StateSpace,
 ) -> GaussianState:
     """Return the tracks updated by every detection in proportion to its probability.
@@ -250,8 +265,8 @@ def _mixed(
 
     Parameters
     ----------
-    prior, value
-        ``(T, H, C)`` and ``(T, H, C, D, M)``.
+    prior, seen
+        ``(T, H, C)`` tracks and their detections.
     weight
         ``(T, H, C, D + 1)``: probabilities of association, of a miss first.
     updated
@@ -266,7 +281,7 @@ def _mixed(
     parts, shares = [], []
     for rank in range(most):
         possible = ordered[..., rank] > 0.0
-        parts.append(updated(prior, value, np.where(possible, order[..., rank] - 1, NOBODY)))
+        parts.append(updated(prior, seen, np.where(possible, order[..., rank] - 1, NOBODY)))
         shares.append(np.where(possible & parts[-1].known, ordered[..., rank], 0.0))
     if most == 1:
         return parts[0]
