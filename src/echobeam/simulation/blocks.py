@@ -17,6 +17,7 @@ import numpy.typing as npt
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.base import SchemeRunError
 from echobeam.schemes.configure import ConfiguredScheme
+from echobeam.sensing.threads import one_thread
 from echobeam.simulation.decisions import SECONDS
 from echobeam.simulation.loop import SlotRecord, run_slots
 from echobeam.simulation.scene import Scene
@@ -114,7 +115,8 @@ def run_block(
     world = begin(scene, seed, trials)
     unlabelled = scene.scenario.radar.detections == "unlabelled"
     names = (*PER_SCHEME, *UNLABELLED) if unlabelled else PER_SCHEME
-    runs = [_run_scheme(world, scheme, names, advance) for scheme in schemes]
+    with one_thread():  # the arrays are small, and processes share the cores
+        runs = [_run_scheme(world, scheme, names, advance) for scheme in schemes]
     if unlabelled:
         columns = track_columns(scene.scenario, schemes)
         runs = [_in_columns(run, columns, one.name) for run, one in zip(runs, schemes, strict=True)]
