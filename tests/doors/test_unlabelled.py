@@ -198,6 +198,21 @@ def test_keys_of_tracks_are_no_parameters_of_a_labelled_run(place):
     refused(run(place, *label, "--scheme", "temporal:association=mht"), "association")
 
 
+def test_a_result_without_some_of_its_tracks_has_no_summary(place):
+    scenario = eb.load_scenario(place / "coming.toml").replace({"frame.frames": 1})
+    result = eb.simulate(scenario, schemes=["water-filling"], trials=1)
+    assert eb.summary(result)["value"]["water-filling", "false_tracks"] >= 0.0
+    for cut in (result.isel(track=slice(0, 3)), result.isel(track=0)):
+        with pytest.raises(eb.InputError, match="track"):
+            eb.summary(cut)
+
+
+def test_the_genie_has_no_beams_for_nobody(place):
+    scenario = eb.load_scenario(place / "coming.toml")
+    result = eb.simulate(scenario, schemes=["genie"], trials=1)
+    assert eb.summary(result)["value"]["genie", "rate_lost_to_false"] == 0.0
+
+
 BAD = [
     (["--set", 'objects=[{angle=1.0, appears="0.2 s", leaves="0.1 s"}]'], ["leaves", "appears"]),
     (["--set", "tracks.capacity=0"], ["tracks.capacity", "1"]),

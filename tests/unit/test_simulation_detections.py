@@ -259,3 +259,39 @@ def test_the_stated_variance_is_that_of_the_measured_place():
         expected = at_place if knowledge == "predicted" else at_truth
         np.testing.assert_allclose(found.variance[:, 0], expected, rtol=1e-9)
         np.testing.assert_allclose(sensed.true_var[:, 0], at_truth, rtol=1e-12)
+
+
+@pytest.mark.parametrize("fluctuation", ["none", "swerling1"])
+@pytest.mark.parametrize("variance", ["predicted", "known"])
+def test_the_stated_variance_gives_no_false_detection_away(fluctuation, variance):
+    """A scheme knows the law: where one states exactly the law at its place, so must all."""
+    changes = {"radar.fluctuation": fluctuation, "radar.variance": variance, "radar.clutter": 5.0}
+    world = world_of(scenario_of(**changes), range(100))
+    decision = omni_slot(world)
+    found, sensed = detect(world, decision)
+    own = sensed.measured[..., 1]
+    mine = (found.value[..., None, 1] == own[:, None, :]).any(axis=-1)
+    angle, delay, _ = np.moveaxis(found.value, -1, 0)
+    place = np.stack([angle, 0.5 * 299792458.0 * delay, np.zeros_like(angle)], axis=-1)
+    law = world.scene.law.variance(decision.sent, place)
+    exact = np.isclose(found.variance, law, rtol=1e-9).all(axis=-1)
+    plain = fluctuation == "none" and variance == "predicted"
+    assert mine.any()
+    assert (~mine & found.valid).any()
+    assert (exact[mine] == plain).all()
+    assert (exact[~mine & found.valid] == plain).all()
+
+
+def test_false_echoes_that_fluctuate_are_as_strong_as_true_ones_that_are_detected():
+    """Swerling I beyond a sharp threshold: SNR - threshold of a cell is exponential."""
+    changes = {"radar.fluctuation": "swerling1", "radar.clutter": 20.0, "radio.power": 1e6}
+    world = world_of(scenario_of((), **changes), range(100))
+    decision = omni_slot(world)
+    found, _ = detect(world, decision)
+    angle, delay, _ = np.moveaxis(found.value[found.valid], -1, 0)
+    place = np.stack([angle, 0.5 * 299792458.0 * delay, np.zeros_like(angle)], axis=-1)
+    law, sent = world.scene.law, omni_slot(world_of(scenario_of((), **changes), range(1))).sent
+    strength = law.variance(sent, place[None])[0] / found.variance[found.valid]
+    np.testing.assert_allclose(strength, strength[:, :1] * np.ones(3), rtol=1e-9)
+    least = -np.log(1e-6) / (8 * law.snr(sent, place[None])[0])
+    assert kstest(strength[:, 0] - least, "expon").pvalue > LEVEL

@@ -154,7 +154,9 @@ def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
     missing = [name for name in needed(scenario) if name not in result]
     if missing:
         raise StoreError(f"{label}: not a result of echobeam: {', '.join(missing)} missing")
-    lost = [dim for dim in ("scheme", "trial", "slot", "object") if dim not in result.dims]
+    axes = ["scheme", "trial", "slot", "object"]
+    axes += ["track"] if scenario.radar.detections == "unlabelled" else []
+    lost = [dim for dim in axes if dim not in result.dims]
     if lost:
         raise StoreError(
             f"{label}: has no axis {', '.join(lost)}; select with a list, as in "
@@ -167,4 +169,10 @@ def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
                 f"{label}: has {result.sizes[dim]} of {count} along {dim}; expected all slots and "
                 "objects, of any schemes and trials"
             )
+    least = scenario.tracks.capacity  # a scheme's own capacity may be larger
+    if result.sizes.get("track", least) < least:
+        raise StoreError(
+            f"{label}: has {result.sizes['track']} columns along track; expected all, at least "
+            f"tracks.capacity, {least}"
+        )
     return scenario

@@ -51,7 +51,8 @@ def detect(world: World, decision: Decision) -> tuple[Detections, Sensed]:
     """Return the detections of the trials in which the radar receives.
 
     Their variance is the law at the measured place, or at the true one where
-    ``radar.variance = "known"``; a false detection is at its own place in either case.
+    ``radar.variance = "known"``; that of a false detection is drawn as if it were an object's, so
+    that it does not give it away.
     """
     receives = np.asarray(decision.sensed.any(axis=-1))
     if world.scene.scenario.radar.model == "signal":
@@ -82,31 +83,61 @@ def _at_bound(world: World, decision: Decision, receives: BoolArray) -> tuple[De
     noise = np.sqrt(np.where(found[..., None], variance, 0.0)) * normals
     value = np.where(found[..., None], truth + noise, np.nan)
     variance = np.where(found[..., None], variance, np.inf)
-    false = _false(world, seen, receives)
+    false, more = _false(world, seen, receives)
     everything = np.concatenate([_folded(value, seen), false], axis=1)
-    stated = _law_at(world, decision, everything, _strengths(np.abs(amplitude) ** 2, false, shape))
+    own_strength = np.broadcast_to(np.abs(amplitude) ** 2, shape[:2])
+    strength = _exceeding(seen, law.snr(sent, _place(false)), more[..., 0])
+    strength = np.concatenate([own_strength, strength], axis=1)
+    stated = _law_at(world, decision, everything, strength)
     if scenario.radar.variance == "known":
-        stated[:, : found.shape[1]] = variance
+        objects = found.shape[1]
+        off = np.where(np.isfinite(false), np.sqrt(stated[:, objects:]) * more[..., 1:], np.nan)
+        stated[:, :objects] = variance
+        stated[:, objects:] = _law_at(world, decision, false - off, strength[:, objects:])
     own = np.where(found[..., None], stated[:, : found.shape[1]], np.inf)
     return in_order(everything, stated), Sensed(snr, value, own, variance)
 
 
-def _strengths(strength: Array, false: Array, shape: tuple[int, ...]) -> Array:
-    """Return each detection's strength over its mean: the receiver sees it."""
-    own = np.broadcast_to(strength, shape[:2])
-    return np.concatenate([own, np.ones(false.shape[:2])], axis=1)
+def _exceeding(law: DetectionLaw, snr: Array, luck: Array) -> Array:
+    """Return strengths over the mean ``(T, F)`` of echoes that exceed the threshold.
+
+    The receiver sees the strength of an echo, and cannot take a false one for an exception. That
+    of Swerling I is exponential, and so is what it has beyond the threshold.
+
+    Parameters
+    ----------
+    law
+        Of the detection; strengths are 1 unless echoes fluctuate.
+    snr
+        ``(T, F)``: mean of an echo there, of one antenna.
+    luck
+        ``(T, F)``: standard normals.
+    """
+    if not law.fluctuating:
+        return np.ones(snr.shape)
+    from scipy.special import log_ndtr
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        least = -np.log(law.false_alarm) / (law.receiver.n * snr)
+    strength: Array = least - log_ndtr(luck)
+    return strength
 
 
 def _law_at(world: World, decision: Decision, value: Array, strength: Array) -> Array:
     """Return the law of the variance at measured places ``(T, D, 3)``; infinite where NaN."""
     law, sent = world.scene.law, decision.sent
-    angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
-    place = np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
+    place = _place(value)
     with np.errstate(all="ignore"):
         snr = law.snr(sent, place) * strength
         variance = law.variance(sent, place, snr)
     there = np.isfinite(value[..., 0]) & np.isfinite(variance).all(axis=-1)
     return np.where(there[..., None], variance, np.inf)
+
+
+def _place(value: Array) -> Array:
+    """Return the states ``(T, D, 3)`` of measurements, with no velocity."""
+    angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
+    return np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
 
 
 def _ideal(world: World) -> Array:
@@ -122,17 +153,18 @@ def _folded(value: Array, law: DetectionLaw) -> Array:
     return np.concatenate([angle[..., None], value[..., 1:]], axis=-1)
 
 
-def _false(world: World, law: DetectionLaw, receives: BoolArray) -> Array:
+def _false(world: World, law: DetectionLaw, receives: BoolArray) -> tuple[Array, Array]:
     """Return false detections ``(T, F, 3)``, uniform over what is searched; NaN for none.
 
-    Their number is drawn from Poisson's law.
+    Their number is drawn from Poisson's law. The second are standard normals ``(T, F, 4)`` for
+    what else is drawn of each.
     """
     from scipy.stats import poisson
 
     mean = law.mean_false
     most = int(poisson.isf(RAREST, mean)) if mean > 0.0 else 0
-    draws = trial_normals(world.seed, world.trials, world.slot, Use.FALSE_ALARM, (1 + 3 * most,))
-    uniform = _uniform(draws)
+    draws = trial_normals(world.seed, world.trials, world.slot, Use.FALSE_ALARM, (1 + 7 * most,))
+    uniform = _uniform(draws[:, : 1 + 3 * most])
     count = poisson.ppf(uniform[:, 0], mean) if mean > 0.0 else np.zeros(len(draws))
     place = uniform[:, 1:].reshape(len(draws), most, 3)
     low, high = law.directions
@@ -145,7 +177,8 @@ def _false(world: World, law: DetectionLaw, receives: BoolArray) -> Array:
         axis=-1,
     )
     there = (np.arange(most) < count[:, None]) & receives[:, None]
-    return np.where(there[..., None], value, np.nan)
+    more = draws[:, 1 + 3 * most :].reshape(len(draws), most, 4)
+    return np.where(there[..., None], value, np.nan), more
 
 
 def _uniform(normals: Array) -> Array:

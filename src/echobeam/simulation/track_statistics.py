@@ -28,6 +28,9 @@ PER_TRIAL = "trial_"
 NEEDED_OF_TRACKS = ("identity", "track_id", "track_status", "track_object", "track_state", "shared")
 """Arrays of unlabelled runs that these statistics are made of, besides those of all runs."""
 
+ROUNDING = 1e-9
+"""Share of the power below which what objects do not have is rounding."""
+
 Arrays = Mapping[str, npt.NDArray[np.generic]]
 
 
@@ -131,7 +134,8 @@ def _wasted(arrays: Arrays, index: int, power: float) -> Array:
     own = np.sum(beam**2, axis=(-2, -1))
     alike = (beam[..., :, None, :, :] == beam[..., None, :, :, :]).all(axis=(-2, -1))
     sharers = np.maximum(alike.sum(axis=-1), 1)  # a shared beam is sent once
-    useful = np.clip((own / sharers).sum(axis=-1, keepdims=True) / power, 0.0, 1.0)
+    useful = np.minimum((own / sharers).sum(axis=-1, keepdims=True) / power, 1.0)
+    useful = np.where(useful > 1.0 - ROUNDING, 1.0, useful)
     directional = np.asarray(arrays["mode"][index])[..., None] == Mode.DIRECTIONAL
     with np.errstate(divide="ignore", invalid="ignore"):
         more = np.log1p(sinr / useful) - np.log1p(sinr)
