@@ -17,7 +17,7 @@ from echobeam.estimation.continuity import (
     false_tracks,
     identity_switches,
     reacquisition,
-    tracked_share,
+    tracked_objects,
 )
 from echobeam.faults import InputError
 
@@ -93,6 +93,12 @@ def expected(one: Record) -> tuple[int, list[float], float, int, float]:
     mean_gap = sum(gaps) / len(gaps) if gaps else math.nan
     share = hits / one.present.sum() if one.present.any() else math.nan
     return switches, delays, mean_gap, false, share
+
+
+def tracked_share(confirmed, matched, present) -> np.ndarray:
+    tracked = tracked_objects(confirmed, matched, present)
+    here = np.broadcast_to(present, tracked.shape).sum(axis=(-2, -1))
+    return np.where(here > 0, tracked.sum(axis=(-2, -1)) / np.maximum(here, 1), np.nan)
 
 
 def measured(record: Record) -> tuple[np.ndarray, ...]:

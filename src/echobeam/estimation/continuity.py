@@ -134,21 +134,6 @@ def false_tracks(identity: IntArray, confirmed: BoolArray, matched: IntArray) ->
     return np.bincount(false, minlength=trials).reshape(batch)
 
 
-def tracked_share(confirmed: BoolArray, matched: IntArray, present: BoolArray) -> Array:
-    """Return the share of present objects and slots with a confirmed track, ``(...)``.
-
-    NaN if no object is ever present.
-
-    Parameters
-    ----------
-    confirmed, matched, present
-        As in `identity_switches`, with the same errors.
-    """
-    tracked = tracked_objects(confirmed, matched, present)
-    here = np.broadcast_to(present, tracked.shape)
-    return quotient(tracked.sum(axis=(-2, -1)), here.sum(axis=(-2, -1)))
-
-
 def tracked_objects(confirmed: BoolArray, matched: IntArray, present: BoolArray) -> BoolArray:
     """Return whether each object has a confirmed track in each slot, ``(..., N, O)``.
 

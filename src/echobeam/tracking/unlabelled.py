@@ -16,7 +16,7 @@ import numpy as np
 from echobeam.brief import Brief
 from echobeam.estimation import gaussian
 from echobeam.tracking import filter as ekf
-from echobeam.tracking.association.hypotheses import Hypotheses, first_hypotheses, grow
+from echobeam.tracking.association.hypotheses import Hypotheses, first_hypotheses, grow, marginal
 from echobeam.tracking.association.joint import association_probabilities
 from echobeam.tracking.association.moments import moment_matched
 from echobeam.tracking.association.nearest import nearest
@@ -152,6 +152,7 @@ def update(
         narrow = Hypotheses(before.log_weight, before.history[..., :width])
         growth = grow(narrow, pairs, hypotheses, scan.scans)
         chosen, memory = growth.assignment, _with_columns(growth.hypotheses, columns)
+        total = marginal(growth.hypotheses, scan.valid.shape[-1])[..., 1:].sum(axis=-2)
         parent = growth.parent
         parents = GaussianState(
             _of(some.mean, parent), _of(some.cov, parent), _of(some.known, parent)
