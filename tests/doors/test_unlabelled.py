@@ -195,7 +195,10 @@ def test_a_sweep_over_a_key_of_tracks_and_one_that_mixes_labels(place):
 
 def test_keys_of_tracks_are_no_parameters_of_a_labelled_run(place):
     label = ("--set", 'radar.detections="labelled"')
-    refused(run(place, *label, "--scheme", "temporal:association=mht"), "association")
+    refused(
+        run(place, *label, "--scheme", "temporal:association=mht"),
+        'association: a parameter only of runs with radar.detections = "unlabelled"',
+    )
 
 
 def test_a_result_without_some_of_its_tracks_has_no_summary(place):
