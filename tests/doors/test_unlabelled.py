@@ -208,6 +208,11 @@ def test_a_result_without_some_of_its_tracks_has_no_summary(place):
     for cut in (result.isel(track=slice(0, 3)), result.isel(track=0)):
         with pytest.raises(eb.InputError, match="track"):
             eb.summary(cut)
+    result.isel(object=[0]).to_netcdf(place / "objects.nc")
+    result.drop_vars("track_id").to_netcdf(place / "id.nc")
+    for name, told in (("objects", "1 of 2"), ("id", "holds no track_id")):
+        refused(echobeam("plot", f"{name}.nc", "--kind", "gospa", cwd=place), told)
+        refused(echobeam("plot", f"{name}.nc", "--kind", "consistency", cwd=place), told)
 
 
 def test_the_genie_has_no_beams_for_nobody(place):
