@@ -195,7 +195,10 @@ def test_a_sweep_over_a_key_of_tracks_and_one_that_mixes_labels(place):
 
 def test_keys_of_tracks_are_no_parameters_of_a_labelled_run(place):
     label = ("--set", 'radar.detections="labelled"')
-    refused(run(place, *label, "--scheme", "temporal:association=mht"), "association")
+    refused(
+        run(place, *label, "--scheme", "temporal:association=mht"),
+        'association: a parameter only of runs with radar.detections = "unlabelled"',
+    )
 
 
 def test_a_result_without_some_of_its_tracks_has_no_summary(place):
@@ -205,6 +208,11 @@ def test_a_result_without_some_of_its_tracks_has_no_summary(place):
     for cut in (result.isel(track=slice(0, 3)), result.isel(track=0)):
         with pytest.raises(eb.InputError, match="track"):
             eb.summary(cut)
+    result.isel(object=[0]).to_netcdf(place / "objects.nc")
+    result.drop_vars("track_id").to_netcdf(place / "id.nc")
+    for name, told in (("objects", "1 of 2"), ("id", "holds no track_id")):
+        refused(echobeam("plot", f"{name}.nc", "--kind", "gospa", cwd=place), told)
+        refused(echobeam("plot", f"{name}.nc", "--kind", "consistency", cwd=place), told)
 
 
 def test_the_genie_has_no_beams_for_nobody(place):

@@ -295,3 +295,21 @@ def test_false_echoes_that_fluctuate_are_as_strong_as_true_ones_that_are_detecte
     np.testing.assert_allclose(strength, strength[:, :1] * np.ones(3), rtol=1e-9)
     least = -np.log(1e-6) / (8 * law.snr(sent, place[None])[0])
     assert kstest(strength[:, 0] - least, "expon").pvalue > LEVEL
+
+
+def test_behind_the_empty_roster_is_nothing():
+    """A slice has the whole array behind it, and with it the number of objects."""
+    scenario = scenario_of()
+    scheme = configure(scenario, "water-filling")
+    behind = []
+
+    class Looking:
+        def __getattr__(self, name):
+            return getattr(scheme.scheme, name)
+
+        def predict(self, belief, view):
+            behind.append((view.roster.shape, view.roster.base))
+            return scheme.scheme.predict(belief, view)
+
+    list(run_slots(begin(scene_of(scenario), 1, range(2)), replace(scheme, scheme=Looking())))
+    assert behind == [((2, 0), None)] * 4

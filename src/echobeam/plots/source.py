@@ -16,7 +16,7 @@ from echobeam.plots.record import Axis, FigureData, Guide, Panel
 from echobeam.scenario.checking import ScenarioError, checked
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import split
-from echobeam.simulation.statistics import NEEDED, Statistics, of_scheme, sum_rate
+from echobeam.simulation.statistics import Statistics, needed, of_scheme, sum_rate
 from echobeam.simulation.summary import GENIE, result_statistics
 from echobeam.values import Array, IntArray, Mode
 
@@ -100,7 +100,8 @@ class Source:
     @cached_property
     def parts(self) -> dict[str, Statistics]:
         """Statistics of every scheme."""
-        self.check(*NEEDED)
+        self.check(*needed(self.scenario))
+        self._check_whole()
         whole = result_statistics(self.result, self.scenario)
         return {name: of_scheme(whole, index) for index, name in enumerate(self.names)}
 
@@ -224,6 +225,12 @@ class Source:
         self.check(*variables)
         part = self.result[list(variables)].isel(trial=self.choice.trial)
         return part.isel(scheme=self.names.index(self.one_scheme()))
+
+    def _check_whole(self) -> None:
+        """Raise `PlotError` if objects of an unlabelled run are cut off."""
+        found, count = self.result.sizes["object"], self.scenario.n_objects
+        if self.unlabelled and found < count:
+            raise PlotError(f"the result has {found} of {count} along object; expected all")
 
     def check(self, *variables: str) -> None:
         """Raise `PlotError` if the result lacks one of these variables."""

@@ -232,7 +232,8 @@ def _with_parameters(
     own, parts = own_parameters(scheme), part_names(scheme)
     keys = [key for key in table_keys(scheme, unlabelled=_unlabelled(scenario)) if key not in own]
     accepted = [*keys, *own, *parts]
-    faults = [_unknown(key, accepted) for key in values if key not in accepted]
+    others = table_keys(scheme, unlabelled=True)
+    faults = [_unknown(key, accepted, others) for key in values if key not in accepted]
     system = system_of(scenario)
     try:
         system = _system(scenario, {key: values[key] for key in values if key in keys}, label)
@@ -265,7 +266,9 @@ def _system(scenario: Scenario, values: Mapping[str, object], label: str) -> Sys
     )
 
 
-def _unknown(key: str, accepted: Sequence[str]) -> str:
+def _unknown(key: str, accepted: Sequence[str], unlabelled: Sequence[str]) -> str:
+    if key in unlabelled:
+        return f'{key}: a parameter only of runs with radar.detections = "unlabelled"'
     near = difflib.get_close_matches(key, accepted, n=1)
     hint = f"did you mean {near[0]!r}? " if near else ""
     there = f"accepted here: {', '.join(accepted)}" if accepted else "this scheme has no parameters"

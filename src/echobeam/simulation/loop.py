@@ -223,9 +223,9 @@ def _shared(decision: Decision, owner: IntArray, roster: IntArray) -> BoolArray:
 
 def _view(world: World, configured: ConfiguredScheme, uav_before: Any, memory: Any) -> View:
     """Return the knowledge of the UAV; the truth only for a scheme that declares to see it."""
-    roster = _identities(world)
-    if not _by_label(world, configured):
-        roster = roster[:, :0]
+    by_label = _by_label(world, configured)
+    # Not a slice: whoever looks behind one finds the whole array.
+    roster = _identities(world) if by_label else np.zeros((len(world.trials), 0), dtype=np.int64)
     freeze(roster)
     return View(
         slot=world.slot + 1,
