@@ -176,3 +176,31 @@ def test_compiling_says_what_it_does_where_it_is_kept_and_is_done_once(tmp_path:
 def test_code_that_cannot_be_kept_is_told_of() -> None:
     assert "cannot be kept" in compiling.message(None)
     assert "NUMBA_CACHE_DIR" in compiling.message(None)
+
+
+def test_no_bit_depends_on_where_arrays_lie_in_memory():
+    """Sums of compiled code in an order of its own had other last bits after other allocations.
+
+    Two objects that pass each other, as in the scenario where that was found.
+    """
+    time = 0.02 * np.arange(160, 200)
+    x = np.stack([-44.9 + 23.0 * time, -33.1 + 17.0 * time], axis=-1)
+    batch = problem_batch(
+        angles=np.arctan2(100.0, x),
+        distances=np.hypot(100.0, x),
+        coverage_halfwidths=np.zeros(x.shape),
+        active=np.ones(x.shape, dtype=bool),
+        ripple=np.full(2, 1.2),
+        min_rate=np.zeros(2),
+        power=1500.0,
+        noise=1.0,
+        n_tx=12,
+        axis="horizontal",
+    )
+    answers, kept = [], []
+    for size in range(12):
+        kept.append([np.ones(13 + 7 * size) for _ in range(5 * size)])  # moves what comes next
+        alone = [solve_batch(batch.taken([trial])).beams[0] for trial in range(len(batch))]
+        answers.append(np.stack(alone))
+    for other in answers[1:]:
+        np.testing.assert_array_equal(other, answers[0])

@@ -24,9 +24,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "nogil": True,
-    # Sums may be taken in any order, or they would not use vector instructions; infinities and
-    # NaN keep their meaning.
-    "fastmath": {"reassoc", "contract", "nsz"},
+    # Sums keep their order: with "reassoc" the compiled code chooses one by how far apart two
+    # arrays lie in memory, and the last bits with it. It was 4 % faster.
+    "fastmath": {"contract", "nsz"},
 }
 
 
