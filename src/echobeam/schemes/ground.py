@@ -157,10 +157,7 @@ class GroundTracker:
         echoes = _Echoes(value, stated, _strength(prior.tracks, value, stated, view))
         tracked = known & measured.any(axis=-1)
         if tracked.any():
-            variance = self._variance(prior.state, echoes, model, view)
-            made = posterior_linearisation.update(
-                prior.state, value, variance, model, view.uav, ROAD, self.iterations
-            )
+            made = self._tracked(prior.state, echoes, model, view)
             state = made.state
             if self.adaptive:
                 surprise = fading.remembered(surprise, made.nis, made.degrees)
@@ -171,17 +168,33 @@ class GroundTracker:
             state = self._started(state, new, echoes, model, view)
         return _believed(state, _of(surprise, known), view)
 
-    def _variance(
+    def _tracked(
         self, prior: GaussianState, echoes: _Echoes, model: GroundMeasurement, view: View
-    ) -> Array:
-        """Return the variance ``(T, K, M)`` of mean information given the measurement."""
+    ) -> posterior_linearisation.Updated:
+        """Return the posterior of known objects.
+
+        Where the law of the variance is known it is that of the grid; where the measurement is too
+        accurate for the grid, or states its variance, that of the posterior linearisation, with
+        the variance of mean information.
+        """
+        value, uav = echoes.value, view.uav
+        update = posterior_linearisation.update
         if not view.system.law_known:
-            return echoes.stated
+            return update(prior, value, echoes.stated, model, uav, ROAD, self.iterations)
         grid = road_grid.grid_of(prior, self.points, REACH)
         law = _law(grid, echoes, view)
-        weight = road_grid.weights(grid, echoes.value, law, model, view.uav)
+        weight = road_grid.weights(grid, value, law, model, uav)
+        mean, cov = road_grid.matched(grid, weight, value, law, model, uav)
         variance = road_grid.effective_variance(weight, law)
-        return np.where(np.isfinite(echoes.value), variance, np.inf)
+        variance = np.where(np.isfinite(value), variance, np.inf)
+        made = update(prior, value, variance, model, uav, ROAD, self.iterations)
+        fine = road_grid.resolved(grid, cov) & (made.degrees > 0)
+        state = GaussianState(
+            np.where(fine[..., None], mean, made.state.mean),
+            np.where(fine[..., None, None], cov, made.state.cov),
+            made.state.known,
+        )
+        return replace(made, state=state)
 
     def _started(
         self,

@@ -30,7 +30,10 @@ class PositionGrid(Brief):
     state
         ``(..., G, S)``: position, and the mean of the other components given it.
     step
-        ``(...)`` m: width of the cells along the first axis, the only one that is divided.
+        ``(...)`` m: distance of neighbours along the first axis, the only one that is divided.
+    width
+        ``(...)`` m: width of the cells that the points stand for; zero where they are the nodes
+        of the trapezoidal rule, which is exact to rounding for a density that they resolve.
     log_prior
         ``(..., G)``: logarithm of the prior weights, up to a constant.
     cov
@@ -39,6 +42,7 @@ class PositionGrid(Brief):
 
     state: Array
     step: Array
+    width: Array
     log_prior: Array
     cov: Array
 
@@ -70,7 +74,7 @@ def grid_of(state: GaussianState, points: int, reach: float) -> PositionGrid:
     left = cov[..., 1:, 1:] - gain[..., :, None] * gain[..., None, :]
     step = std * (place[1] - place[0])
     log_prior = np.broadcast_to(-0.5 * place**2, grid.shape[:-1])
-    return PositionGrid(grid, step, log_prior, left)
+    return PositionGrid(grid, step, np.zeros_like(step), log_prior, left)
 
 
 def flat_grid(low: Array, high: Array, points: int, stds: tuple[float, ...]) -> PositionGrid:
@@ -89,7 +93,7 @@ def flat_grid(low: Array, high: Array, points: int, stds: tuple[float, ...]) -> 
     x = low[..., None] + step[..., None] * (np.arange(points) + 0.5)
     state = np.stack([x, *(np.zeros_like(x) for _ in stds)], axis=-1)
     cov = np.broadcast_to(np.diag(np.square(stds)), (*low.shape, len(stds), len(stds)))
-    return PositionGrid(state, step, np.zeros_like(x), cov)
+    return PositionGrid(state, step, step, np.zeros_like(x), cov)
 
 
 def weights(
@@ -97,7 +101,7 @@ def weights(
 ) -> Array:
     """Return the posterior probabilities of the points, ``(..., G)``; they sum to 1.
 
-    A cell is as wide as the grid is coarse: the likelihood is that of a position anywhere in it.
+    The likelihood of a cell is that of a position anywhere in it.
     The prior's are returned where no point explains the measurement, and NaN for unknown objects.
 
     Parameters
@@ -148,10 +152,26 @@ def matched(
     cov = np.swapaxes(share * off, -1, -2) @ off
     inner = np.where(share[..., None] > 0.0, left, 0.0)
     cov[..., axes:, axes:] += (share[..., None] * inner).sum(axis=-3)
-    cov[..., 0, 0] += grid.step**2 / 12.0
+    cov[..., 0, 0] += grid.width**2 / 12.0
     nothing = np.isnan(weight).any(axis=-1)
     mean[nothing], cov[nothing] = np.nan, np.nan
     return mean, 0.5 * (cov + np.swapaxes(cov, -1, -2))
+
+
+def resolved(grid: PositionGrid, cov: Array) -> BoolArray:
+    """Return whether a grid is fine enough for a posterior, ``(...)``.
+
+    The error of the trapezoidal rule for a Gaussian is 2 exp(-2 pi^2 sigma^2 / step^2) (Trefethen
+    and Weideman, SIAM Review 56, 2014, section 5): 1e-4 at the limit, sigma = step / sqrt(2).
+
+    Parameters
+    ----------
+    grid
+        The grid.
+    cov
+        ``(..., S, S)`` of `matched`.
+    """
+    return np.asarray(2.0 * cov[..., 0, 0] >= grid.step**2)
 
 
 def effective_variance(weight: Array, variance: Array) -> Array:
@@ -178,7 +198,7 @@ def _terms(
     with np.errstate(all="ignore"):
         e = model.residual(value, model.expected(grid.state, uav))
         H = model.jacobian(grid.state, uav)
-        noise = variance + np.square(H[..., 0] * grid.step[..., None, None]) / 12.0
+        noise = variance + np.square(H[..., 0] * grid.width[..., None, None]) / 12.0
     axes = H.shape[-1] - grid.cov.shape[-1]
     possible: BoolArray = np.asarray((np.isfinite(variance) | ~measured).all(axis=-1))
     return (
