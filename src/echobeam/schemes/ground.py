@@ -187,12 +187,16 @@ class GroundTracker:
         mean, cov = road_grid.matched(grid, weight, value, law, model, uav)
         variance = road_grid.effective_variance(weight, law)
         variance = np.where(np.isfinite(value), variance, np.inf)
-        made = update(prior, value, variance, model, uav, ROAD, self.iterations)
-        fine = road_grid.resolved(grid, cov) & (made.degrees > 0)
+        fine = road_grid.resolved(grid, cov)
+        needed = prior.known & np.isfinite(variance).any(axis=-1)
+        # the slow way only where it is needed; one fit tells the innovation
+        fits = 1 if (fine | ~needed).all() else self.iterations
+        made = update(prior, value, variance, model, uav, ROAD, fits)
+        fine &= needed
         state = GaussianState(
             np.where(fine[..., None], mean, made.state.mean),
             np.where(fine[..., None, None], cov, made.state.cov),
-            made.state.known,
+            np.asarray(made.state.known | fine),
         )
         return replace(made, state=state)
 
@@ -282,7 +286,7 @@ def _law(grid: PositionGrid, echoes: _Echoes, view: View) -> Array:
     place = polar_of(grid.state, view.uav).reshape(shape[0], -1, POLAR.size)
     law = view.system.law
     with np.errstate(all="ignore"):  # unknown objects
-        snr = law.snr(view.sent, place).reshape(shape[:-1])
+        snr = law.snr(view.sent, place, along=True).reshape(shape[:-1])
         if echoes.strength is not None:
             snr = snr * echoes.strength[..., None]
         variance = law.variance(view.sent, place, snr.reshape(shape[0], -1))
