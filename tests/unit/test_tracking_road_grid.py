@@ -8,7 +8,7 @@ from echobeam.tracking.road_grid import (
     effective_variance,
     flat_grid,
     grid_of,
-    matched,
+    posterior,
     resolved,
     weights,
 )
@@ -62,8 +62,7 @@ def test_a_gaussian_prior_becomes_the_posterior_of_brute_force(points):
     prior = GaussianState(mean[None], cov[None], np.array([True]))
     grid = grid_of(prior, points, 5.0)
     variance = law(grid.state[..., 0])
-    weight = weights(grid, VALUE[None], variance, MODEL, UAV)
-    found, spread = matched(grid, weight, VALUE[None], variance, MODEL, UAV)
+    weight, found, spread = posterior(grid, VALUE[None], variance, MODEL, UAV)
     assert resolved(grid, spread)
     scale = np.sqrt(exact_cov.diagonal())
     np.testing.assert_allclose((found[0] - exact_mean) / scale, 0.0, atol=0.01)
@@ -79,8 +78,7 @@ def test_a_flat_prior_becomes_the_posterior_of_brute_force():
     exact_mean, exact_cov, _ = brute(log_prior, axes)
     grid = flat_grid(np.array([30.0]), np.array([85.0]), 64, (30.0, 0.7))
     variance = law(grid.state[..., 0])
-    weight = weights(grid, VALUE[None], variance, MODEL, UAV)
-    found, spread = matched(grid, weight, VALUE[None], variance, MODEL, UAV)
+    _, found, spread = posterior(grid, VALUE[None], variance, MODEL, UAV)
     scale = np.sqrt(exact_cov.diagonal())
     np.testing.assert_allclose((found[0] - exact_mean) / scale, 0.0, atol=0.02)
     np.testing.assert_allclose((spread[0] - exact_cov) / np.outer(scale, scale), 0.0, atol=0.06)
@@ -130,8 +128,7 @@ def test_a_measurement_too_accurate_for_the_grid_is_told():
     grid = grid_of(GaussianState(mean[None], cov[None], np.array([True])), 32, 5.0)
     variance = np.broadcast_to((1e-3 * STD) ** 2, (1, 32, 3))
     value = MODEL.expected(mean + np.array([1.0, 0.0, 0.0]), UAV)[None]
-    weight = weights(grid, value, variance, MODEL, UAV)
-    _, spread = matched(grid, weight, value, variance, MODEL, UAV)
+    _, _, spread = posterior(grid, value, variance, MODEL, UAV)
     assert not resolved(grid, spread)
 
 
@@ -145,8 +142,7 @@ def test_an_unknown_object_stays_unknown():
     grid = grid_of(state, 32, 5.0)
     variance = np.broadcast_to(STD**2, (2, 32, 3))
     value = np.stack([VALUE, np.full(3, np.nan)])
-    weight = weights(grid, value, variance, MODEL, UAV)
-    found, spread = matched(grid, weight, value, variance, MODEL, UAV)
+    _, found, spread = posterior(grid, value, variance, MODEL, UAV)
     assert np.isfinite(found[0]).all()
     assert np.isnan(found[1]).all()
     assert np.isnan(spread[1]).all()

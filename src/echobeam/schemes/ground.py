@@ -183,8 +183,7 @@ class GroundTracker:
             return update(prior, value, echoes.stated, model, uav, ROAD, self.iterations)
         grid = road_grid.grid_of(prior, self.points, REACH)
         law = _law(grid, echoes, view)
-        weight = road_grid.weights(grid, value, law, model, uav)
-        mean, cov = road_grid.matched(grid, weight, value, law, model, uav)
+        weight, mean, cov = road_grid.posterior(grid, value, law, model, uav)
         variance = road_grid.effective_variance(weight, law)
         variance = np.where(np.isfinite(value), variance, np.inf)
         fine = road_grid.resolved(grid, cov)
@@ -235,14 +234,16 @@ class GroundTracker:
         for stage in range(STAGES):
             grid = road_grid.flat_grid(low, high, self.first_points, stds)
             law = _law(grid, echoes, view) if system.law_known else echoes.stated[..., None, :]
+            if stage + 1 == STAGES:
+                break
             weight = road_grid.weights(grid, echoes.value, law, model, uav)
-            if stage + 1 < STAGES:
-                x = grid.state[..., 0]
-                centre = (weight * x).sum(axis=-1)
-                square = (weight * (x - centre[..., None]) ** 2).sum(axis=-1) + grid.step**2 / 12.0
-                reach = STAGE_REACH * np.sqrt(square)
-                low, high = np.clip(centre - reach, near, far), np.clip(centre + reach, near, far)
-        return road_grid.matched(grid, weight, echoes.value, law, model, uav)
+            x = grid.state[..., 0]
+            centre = (weight * x).sum(axis=-1)
+            square = (weight * (x - centre[..., None]) ** 2).sum(axis=-1) + grid.step**2 / 12.0
+            reach = STAGE_REACH * np.sqrt(square)
+            low, high = np.clip(centre - reach, near, far), np.clip(centre + reach, near, far)
+        _, mean, cov = road_grid.posterior(grid, echoes.value, law, model, uav)
+        return mean, cov
 
 
 @dataclass(frozen=True, slots=True)

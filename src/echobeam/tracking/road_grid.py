@@ -116,31 +116,28 @@ def weights(
     model, uav
         The measurement model, and the UAV in the slot.
     """
-    e, H, noise, possible = _terms(grid, value, variance, model, uav)
-    cov = gaussian.innovation_cov(grid.cov[..., None, :, :], H, noise)
-    with np.errstate(all="ignore"):
-        log = grid.log_prior + np.where(possible, gaussian.log_density(e, cov), -np.inf)
-    return _normalised(log, grid.log_prior)
+    terms = _terms(grid, value, variance, model, uav)
+    return _weights(grid, terms)
 
 
-def matched(
-    grid: PositionGrid,
-    weight: Array,
-    value: Array,
-    variance: Array,
-    model: MeasurementModel,
-    uav: UavState,
-) -> tuple[Array, Array]:
-    """Return mean ``(..., S)`` and covariance ``(..., S, S)`` of the posterior on the grid.
+def posterior(
+    grid: PositionGrid, value: Array, variance: Array, model: MeasurementModel, uav: UavState
+) -> tuple[Array, Array, Array]:
+    """Return the posterior on the grid: weights, and its moments with all components.
 
     Parameters
     ----------
     grid, value, variance, model, uav
         As for `weights`.
-    weight
-        Its result.
+
+    Returns
+    -------
+    weight, mean, cov
+        ``(..., G)`` as of `weights`, ``(..., S)`` and ``(..., S, S)``.
     """
-    e, H, noise, _ = _terms(grid, value, variance, model, uav)
+    terms = _terms(grid, value, variance, model, uav)
+    weight = _weights(grid, terms)
+    e, H, noise, _ = terms
     rest = np.broadcast_to(grid.cov[..., None, :, :], (*e.shape[:-1], *grid.cov.shape[-2:]))
     axes = grid.state.shape[-1] - rest.shape[-1]
     with np.errstate(all="ignore"):
@@ -155,7 +152,7 @@ def matched(
     cov[..., 0, 0] += grid.width**2 / 12.0
     nothing = np.isnan(weight).any(axis=-1)
     mean[nothing], cov[nothing] = np.nan, np.nan
-    return mean, 0.5 * (cov + np.swapaxes(cov, -1, -2))
+    return weight, mean, 0.5 * (cov + np.swapaxes(cov, -1, -2))
 
 
 def resolved(grid: PositionGrid, cov: Array) -> BoolArray:
@@ -169,7 +166,7 @@ def resolved(grid: PositionGrid, cov: Array) -> BoolArray:
     grid
         The grid.
     cov
-        ``(..., S, S)`` of `matched`.
+        ``(..., S, S)`` of `posterior`.
     """
     return np.asarray(2.0 * cov[..., 0, 0] >= grid.step**2)
 
@@ -189,10 +186,22 @@ def effective_variance(weight: Array, variance: Array) -> Array:
         return np.where(information > 0.0, 1.0 / information, np.inf)
 
 
+Terms = tuple[Array, Array, Array, BoolArray]
+"""Innovation, Jacobian of the components besides the position, variance, possible places."""
+
+
+def _weights(grid: PositionGrid, terms: Terms) -> Array:
+    e, H, noise, possible = terms
+    cov = gaussian.innovation_cov(grid.cov[..., None, :, :], H, noise)
+    with np.errstate(all="ignore"):
+        log = grid.log_prior + np.where(possible, gaussian.log_density(e, cov), -np.inf)
+    return _normalised(log, grid.log_prior)
+
+
 def _terms(
     grid: PositionGrid, value: Array, variance: Array, model: MeasurementModel, uav: UavState
-) -> tuple[Array, Array, Array, BoolArray]:
-    """Return innovation, Jacobian of the rest, variance, and where the measurement is possible."""
+) -> Terms:
+    """Return what weights and moments are made of."""
     value = value[..., None, :]
     measured = np.isfinite(value)
     with np.errstate(all="ignore"):
