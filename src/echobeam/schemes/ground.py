@@ -10,13 +10,14 @@ import numpy as np
 from echobeam.brief import Brief
 from echobeam.estimation.sigma_points import cubature_points, moments, root
 from echobeam.faults import InputError
-from echobeam.physics.polar import POLAR, physical
+from echobeam.physics.polar import physical
 from echobeam.schemes.base import View
+from echobeam.schemes.ground_echoes import Echoes, law_on, strength_of
 from echobeam.schemes.trackers import labelled
 from echobeam.tracking import fading, filter, posterior_linearisation, road_grid
 from echobeam.tracking.ground import ROAD, GroundMeasurement, GroundMotion, polar_of
 from echobeam.tracking.road_grid import PositionGrid
-from echobeam.units import SPEED_OF_LIGHT
+from echobeam.tracking.road_start import first_state
 from echobeam.values import (
     Array,
     BoolArray,
@@ -32,17 +33,8 @@ from echobeam.values import (
 VELOCITY_PRIOR = 30.0
 """Standard deviation of a new object's velocity, m/s, where ``filter.velocity_prior`` is 0."""
 
-FARTHEST = 500.0
-"""Largest distance along the road at which a new object is sought, m."""
-
 REACH = 5.0
 """Standard deviations of the prior to either side of the grid."""
-
-STAGES = 3
-"""Grids on which a first position is sought, each where the one before has found it."""
-
-STAGE_REACH = 6.0
-"""Standard deviations that the next of these grids reaches to either side."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -154,7 +146,7 @@ class GroundTracker:
         model = GroundMeasurement(view.system.radio.carrier)
         known = prior.state.known
         state, surprise = prior.state, prior.surprise
-        echoes = _Echoes(value, stated, _strength(prior.tracks, value, stated, view))
+        echoes = Echoes(value, stated, strength_of(prior.tracks, value, stated, view))
         tracked = known & measured.any(axis=-1)
         if tracked.any():
             made = self._tracked(prior.state, echoes, model, view)
@@ -169,7 +161,7 @@ class GroundTracker:
         return _believed(state, _of(surprise, known), view)
 
     def _tracked(
-        self, prior: GaussianState, echoes: _Echoes, model: GroundMeasurement, view: View
+        self, prior: GaussianState, echoes: Echoes, model: GroundMeasurement, view: View
     ) -> posterior_linearisation.Updated:
         """Return the posterior of known objects.
 
@@ -182,7 +174,7 @@ class GroundTracker:
         if not view.system.law_known:
             return update(prior, value, echoes.stated, model, uav, ROAD, self.iterations)
         grid = road_grid.grid_of(prior, self.points, REACH)
-        law = _law(grid, echoes, view)
+        law = law_on(grid, echoes, view)
         weight, mean, cov = road_grid.posterior(grid, value, law, model, uav)
         variance = road_grid.effective_variance(weight, law)
         variance = np.where(np.isfinite(value), variance, np.inf)
@@ -203,7 +195,7 @@ class GroundTracker:
         self,
         state: GaussianState,
         new: BoolArray,
-        echoes: _Echoes,
+        echoes: Echoes,
         model: GroundMeasurement,
         view: View,
     ) -> GaussianState:
@@ -224,39 +216,16 @@ class GroundTracker:
         all_mean[place], all_cov[place], known[place] = mean[chosen], cov[chosen], True
         return GaussianState(all_mean, all_cov, known)
 
-    def _first(self, echoes: _Echoes, model: GroundMeasurement, view: View) -> tuple[Array, Array]:
-        """Return the moments of the posterior of first measurements, on finer and finer grids."""
-        system, uav = view.system, view.uav
+    def _first(self, echoes: Echoes, model: GroundMeasurement, view: View) -> tuple[Array, Array]:
+        """Return the moments of the posterior of first measurements."""
+        system = view.system
         stds = system.filter.velocity_prior or VELOCITY_PRIOR, system.altitude_std
-        near, far = uav.position[0] - FARTHEST, uav.position[0] + FARTHEST
-        low = np.full(echoes.value.shape[:-1], near)
-        high = np.full_like(low, far)
-        for stage in range(STAGES):
-            grid = road_grid.flat_grid(low, high, self.first_points, stds)
-            law = _law(grid, echoes, view) if system.law_known else echoes.stated[..., None, :]
-            if stage + 1 == STAGES:
-                break
-            weight = road_grid.weights(grid, echoes.value, law, model, uav)
-            x = grid.state[..., 0]
-            centre = (weight * x).sum(axis=-1)
-            square = (weight * (x - centre[..., None]) ** 2).sum(axis=-1) + grid.step**2 / 12.0
-            reach = STAGE_REACH * np.sqrt(square)
-            low, high = np.clip(centre - reach, near, far), np.clip(centre + reach, near, far)
-        _, mean, cov = road_grid.posterior(grid, echoes.value, law, model, uav)
-        return mean, cov
 
+        def law(grid: PositionGrid) -> Array:
+            known = system.law_known
+            return law_on(grid, echoes, view) if known else echoes.stated[..., None, :]
 
-@dataclass(frozen=True, slots=True)
-class _Echoes:
-    """Measurements ``(T, K, M)``, variances stated with them, and strengths ``(T, K)``."""
-
-    value: Array
-    stated: Array
-    strength: Array | None
-
-    def of(self, trials: BoolArray) -> _Echoes:
-        strength = None if self.strength is None else self.strength[trials]
-        return _Echoes(self.value[trials], self.stated[trials], strength)
+        return first_state(echoes.value, law, model, view.uav, stds, self.first_points)
 
 
 def _believed(state: GaussianState, surprise: fading.Surprise, view: View) -> GroundBelief:
@@ -278,36 +247,3 @@ def _of(surprise: fading.Surprise, known: BoolArray) -> fading.Surprise:
         return surprise
     parts = (surprise.total, surprise.degrees, surprise.squared)
     return fading.Surprise(*(np.where(known, each, 0.0) for each in parts))
-
-
-def _law(grid: PositionGrid, echoes: _Echoes, view: View) -> Array:
-    """Return the law of the variance at every point of a grid, ``(T, K, G, M)``."""
-    assert view.sent is not None
-    shape = grid.state.shape
-    place = polar_of(grid.state, view.uav).reshape(shape[0], -1, POLAR.size)
-    law = view.system.law
-    with np.errstate(all="ignore"):  # unknown objects
-        snr = law.snr(view.sent, place, along=True).reshape(shape[:-1])
-        if echoes.strength is not None:
-            snr = snr * echoes.strength[..., None]
-        variance = law.variance(view.sent, place, snr.reshape(shape[0], -1))
-    return variance.reshape(*shape[:-1], -1)
-
-
-def _strength(tracks: Tracks, value: Array, stated: Array, view: View) -> Array | None:
-    """Return how strong each echo is over its mean, ``(T, K)``; None where all are alike.
-
-    The receiver sees it; the variance of the delay is stated for it, at the prediction or, without
-    one, at the measured place.
-    """
-    if not (view.system.law_known and view.system.detection.fluctuating):
-        return None
-    assert view.sent is not None
-    angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
-    angle = np.where(np.isfinite(angle), angle, 0.5 * np.pi)
-    here = np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
-    here = np.where(tracks.known[..., None], tracks.mean, here)
-    with np.errstate(all="ignore"):
-        steady = view.system.law.variance(view.sent, here)
-        ratio = steady[..., 1] / stated[..., 1]
-    return np.where(np.isfinite(ratio) & (ratio > 0.0), ratio, 1.0)
