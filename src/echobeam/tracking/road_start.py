@@ -14,7 +14,7 @@ from echobeam.values import Array, UavState
 FARTHEST = 500.0
 """Largest distance along the road at which a new object is sought, m."""
 
-STAGES = 3
+STAGES = 4
 """Grids on which a first position is sought, each where the one before has found it."""
 
 REACH = 6.0
