@@ -13,8 +13,12 @@ from echobeam.scenario.checking import checked
 from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.model import Scenario
 
-FOLLOWING = {"array": {"n_rx"}, "truth": {"angle_std", "distance_std", "velocity_std"}}
-"""Keys that follow others unless they are given."""
+FOLLOWING = {
+    "array": {"n_rx"},
+    "truth": {"angle_std", "distance_std", "velocity_std"},
+    "uav": {"altimeter_std", "terrain_std"},
+}
+"""Keys that follow others unless they are given, or that no scheme of the presets reads."""
 
 OF_SIGNALS = {
     "subcarriers", "symbols", "modulation", "integration", "filter", "cfar", "false_alarm", "angle",

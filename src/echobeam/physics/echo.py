@@ -53,6 +53,26 @@ def illumination(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -
     return np.where(np.isnan(np.asarray(theta, dtype=np.float64)), np.nan, total)
 
 
+def illumination_along(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -> Array:
+    """Return `illumination` in many directions at once, equal to it but for rounding.
+
+    An omnidirectional transmission is the same everywhere, and a beam's pattern is a polynomial of
+    which few powers have to be taken: several times faster for tens of directions.
+
+    Parameters
+    ----------
+    sent, theta, array
+        As for `illumination`.
+    """
+    angle = np.asarray(theta, dtype=np.float64)
+    everywhere = np.sum(sent.antenna_power, axis=(-2, -1)) + np.sum(sent.probing, axis=-1)
+    total = np.broadcast_to(everywhere[..., np.newaxis], angle.shape)
+    if sent.beams.any():
+        pattern = array.pattern(sent.beams, angle[..., np.newaxis, :])
+        total = total + np.sum(pattern, axis=-2)
+    return np.where(np.isnan(angle), np.nan, total)
+
+
 def echo_snr(
     sent: Transmission,
     theta: npt.ArrayLike,
@@ -62,6 +82,7 @@ def echo_snr(
     rcs: complex,
     gain: float,
     noise: float,
+    along: bool = False,
 ) -> Array:
     """Return the echo's SNR G_m |beta|^2 a^H C a / sigma^2 of one receive antenna.
 
@@ -80,6 +101,8 @@ def echo_snr(
         G_m: the processing gain of the matched filter.
     noise
         sigma^2 at the radar receiver.
+    along
+        Whether there are many directions, see `illumination_along`.
 
     Returns
     -------
@@ -87,7 +110,7 @@ def echo_snr(
         ``(..., K)``; NaN for absent objects, infinite at d = 0 if any power goes there.
     """
     beta = reflection_coefficient(rcs, d)
-    power = illumination(sent, theta, array)
+    power = (illumination_along if along else illumination)(sent, theta, array)
     with np.errstate(invalid="ignore"):  # no power on an object at d = 0: NaN
         snr: Array = gain * np.abs(beta) ** 2 * power / noise
     return snr

@@ -41,8 +41,12 @@ class VarianceLaw:
     pulse_length: float
     crb: Crb
 
-    def snr(self, sent: Transmission, state: Array) -> Array:
-        """Return the echo SNR ``(..., K)`` at states ``(..., K, 3)``, Eqs. (14), (16)."""
+    def snr(self, sent: Transmission, state: Array, *, along: bool = False) -> Array:
+        """Return the echo SNR ``(..., K)`` at states ``(..., K, 3)``, Eqs. (14), (16).
+
+        With ``along`` it is computed for many states at once, which is faster for tens of them and
+        the same but for rounding.
+        """
         return echo_snr(
             sent,
             state[..., 0],
@@ -51,6 +55,7 @@ class VarianceLaw:
             rcs=self.rcs,
             gain=self.gain,
             noise=self.noise,
+            along=along,
         )
 
     def variance(self, sent: Transmission, state: Array, snr: Array | None = None) -> Array:

@@ -154,6 +154,15 @@ class UavTable(Table):
     """Angle of the velocity above the horizontal; -90 degrees descends."""
     floor: Annotated[Length, Field(gt=0, validate_default=True)] = 1.0
     """Height at which a descending UAV levels off; at most the height that it starts at."""
+    altimeter_std: Annotated[Length, Field(ge=0)] = 0.5
+    """Standard deviation of the UAV's own height, as its trackers take it."""
+    terrain_std: Annotated[Length, Field(ge=0)] = 0.5
+    """That of the ground's height under an object, as trackers take it."""
+
+    @property
+    def altitude_std(self) -> float:
+        """Standard deviation of the height over an object's ground, m: both together."""
+        return math.hypot(self.altimeter_std, self.terrain_std)
 
     @field_validator("floor")
     @classmethod

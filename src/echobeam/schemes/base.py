@@ -69,6 +69,9 @@ class System(Brief):
     tracks
         The table of association and life of tracks, for unlabelled detections, with the scheme's
         own parameters in place.
+    altitude_std
+        Standard deviation of the UAV's known height over the ground under an object, m: of
+        altimeter and terrain together.
     """
 
     array: ArrayTable
@@ -81,6 +84,7 @@ class System(Brief):
     detection: DetectionLaw
     law_known: bool
     tracks: TracksTable
+    altitude_std: float
 
     @property
     def transmitter(self) -> LinearArray:

@@ -42,6 +42,11 @@ PARTS: dict[str, dict[str, tuple[str, str, str]]] = {
             "extended Kalman filter on angle, distance, velocity",
         ),
         "held": ("trackers", "HeldEstimate", "the last measurement, held"),
+        "ground": (
+            "ground",
+            "GroundTracker",
+            "position on the ground, the known height as a sensor",
+        ),
         "dead-reckoning": ("trackers", "DeadReckoning", "the last measurement, predicted on"),
     },
     "beamer": {

@@ -1,0 +1,223 @@
+"""The tracker `ground` in runs: consistency in every slot, ground that is elsewhere, its report."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import echobeam as eb
+from echobeam.estimation.consistency import chi_square_band, nees
+from echobeam.faults import InputError
+from echobeam.physics import transmission
+from echobeam.scenario import load_scenario
+from echobeam.schemes.configure import configure
+from echobeam.schemes.ground import GroundTracker, reported
+from echobeam.simulation.loop import run_slots
+from echobeam.simulation.movers import Ground, Mover
+from echobeam.simulation.scene import scene_of
+from echobeam.simulation.world import begin
+from echobeam.tracking.ground import polar_of
+from echobeam.values import GaussianState, UavState
+
+GROUND = "water-filling:tracker=ground"
+HARD = [(60, 100, 1.0), (45, 110, 1.0), (75, 140, 1.0), (45, 140, 0.3)]
+"""Angle and height of the object at first, and P_T."""
+
+
+@dataclass(frozen=True)
+class Raised:
+    """A mover on ground that is higher than the UAV thinks, by `heights` ``(T,)``."""
+
+    mover: Mover
+    heights: np.ndarray
+
+    @property
+    def names(self):
+        return self.mover.names
+
+    def begin(self) -> Ground:
+        return self._raised(self.mover.begin())
+
+    def advance(self, ground, slot, uav, seed, trials) -> Ground:
+        return self._raised(self.mover.advance(ground, slot, uav, seed, trials))
+
+    def _raised(self, ground: Ground) -> Ground:
+        shape = (len(self.heights), *ground.position.shape[1:])
+        position = np.broadcast_to(ground.position, shape).copy()
+        position[..., 2] = self.heights[:, None]
+        return replace(ground, position=position, velocity=np.broadcast_to(ground.velocity, shape))
+
+
+def records(scheme, place, heights=None, trials=200, seed=1, **changes):
+    angle, height, power = place
+    start = {"objects.0.angle": f"{angle} deg", "uav.height": f"{height} m", "radio.power": power}
+    scenario = load_scenario("paper-single", start | changes)
+    scene = scene_of(scenario)
+    if heights is not None:
+        scene, trials = replace(scene, mover=Raised(scene.mover, heights)), len(heights)
+    return list(run_slots(begin(scene, seed, range(trials)), configure(scenario, scheme)))
+
+
+def rates(made):
+    return np.mean([record.rate.sum(axis=-1) for record in made], axis=0)
+
+
+def errors(made, only=slice(None)):
+    """Normalised squared errors ``(slots, T)``."""
+    return np.array(
+        [
+            nees(
+                (record.estimated - record.truth)[:, 0, only],
+                record.estimated_cov[:, 0, only, only],
+                (0,),
+            )
+            for record in made
+        ]
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", HARD)
+def test_the_report_is_consistent_in_every_slot(place):
+    """Heights drawn from the stated law: all three components inside their 99.9 % band."""
+    heights = np.sqrt(0.5) * np.random.default_rng(7).standard_normal(200)
+    low, high = chi_square_band(3, 200, 0.999)
+    mean = errors(records(GROUND, place, heights)).mean(axis=1)
+    assert (mean > low).all()
+    assert (mean < high).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", HARD)
+def test_on_flat_ground_it_is_not_overconfident_and_loses_nobody(place):
+    """The altimeter is exact then, better than the filter thinks; no lower end is asked for."""
+    made = records(GROUND, place)
+    assert (errors(made).mean(axis=1) < chi_square_band(3, 200, 0.999)[1]).all()
+    assert all(np.isfinite(record.estimated).all() for record in made)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", HARD)
+def test_it_serves_better_than_the_filter_without_ground(place):
+    ground, without = (rates(records(scheme, place)) for scheme in (GROUND, "water-filling"))
+    assert ground.mean() > 1.05 * without.mean()
+    assert np.quantile(ground, 0.05) > np.quantile(without, 0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", HARD)
+@pytest.mark.parametrize("height", [5.0, -5.0])
+def test_ground_five_metres_elsewhere_costs_rate_and_no_track(place, height):
+    """Seven stated deviations, and unmodelled: still no worse than without the ground.
+
+    The position is no further off than the exact distance and the wrong height would put it, or
+    than the point below the UAV: near 90 degrees the array measures no angle to contradict.
+    """
+    heights = np.full(200, height)
+    made = records(GROUND, place, heights)
+    unaided = np.quantile(rates(records("water-filling", place, heights)), 0.05)
+    assert np.quantile(rates(made), 0.05) > unaided
+    last = made[-1]
+    found, truth = (
+        state[:, 0, 1] * np.cos(state[:, 0, 0]) for state in (last.estimated, last.truth)
+    )
+    square = last.truth[:, 0, 1] ** 2 - last.uav_position[2] ** 2
+    misled = np.abs(np.sqrt(np.maximum(square, 0.0)) - truth)
+    bound = np.maximum(misled, np.abs(truth)) if place[0] > 70 else misled
+    assert np.isfinite(found).all()
+    assert np.median(np.abs(found - truth)) < np.median(bound)
+    stubborn = records(f"{GROUND},adaptive=false", place, heights)
+    assert errors(made)[-1].mean() < errors(stubborn)[-1].mean()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", [GROUND, "temporal:tracker=ground", "pilot:tracker=ground"])
+def test_it_keeps_the_rules_of_a_scheme(scheme):
+    eb.testing.check_scheme(scheme)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"radar.variance": "known"},
+        {"radar.crb": "exact"},
+        {"radar.fluctuation": "swerling1"},
+        {"array.axis": "horizontal"},
+        {"uav.altimeter_std": 0, "uav.terrain_std": 0},
+        {"radio.power": 1e5},
+    ],
+)
+def test_it_is_not_overconfident_with_other_equipment(changes):
+    made = records(GROUND, (60, 100, 1.0), trials=100, **changes)
+    found = errors(made, slice(0, 3, 2))  # angle and velocity: the height may be known exactly
+    assert (np.nanmean(found, axis=1) < chi_square_band(2, 100, 0.999)[1]).all()
+    assert np.isfinite(made[-1].estimated).all()
+
+
+def test_many_points_tell_no_more():
+    few, many = (
+        np.mean(rates(records(f"{GROUND},points={points}", (60, 100, 1.0), trials=100)))
+        for points in (32, 200)
+    )
+    assert few == pytest.approx(many, rel=2e-3)
+
+
+def test_two_objects_on_both_sides_are_tracked():
+    scenario = load_scenario("paper-multi")
+    made = list(run_slots(begin(scene_of(scenario), 3, range(100)), configure(scenario, GROUND)))
+    off = np.abs(made[-1].estimated - made[-1].truth)
+    assert (np.median(off[..., 0], axis=0) < np.radians(0.5)).all()
+
+
+def belief(mean, root):
+    root = np.array(root)
+    return GaussianState(np.array([[mean]]), (root @ root.T)[None, None], np.array([[True]]))
+
+
+def test_the_report_has_the_moments_of_draws():
+    """Position, velocity and height through the geometry, 400,000 times."""
+    uav = UavState(np.array([3.0, 0.0, 90.0]), np.zeros(3))
+    state = belief([45.0, 12.0, 0.4], [[4.0, 0.0, 0.0], [3.0, 9.0, 0.0], [0.3, 0.0, 0.7]])
+    draws = np.random.default_rng(9).multivariate_normal(state.mean[0, 0], state.cov[0, 0], 400_000)
+    seen = polar_of(draws, uav)
+    found = reported(state, uav, np.zeros((1, 1), dtype=np.int64))
+    scale = seen.std(axis=0)
+    np.testing.assert_allclose((found.mean[0, 0] - seen.mean(axis=0)) / scale, 0.0, atol=6e-3)
+    relative = (found.cov[0, 0] - np.cov(seen.T)) / np.outer(scale, scale)
+    np.testing.assert_allclose(relative, 0.0, atol=1e-2)
+
+
+def test_a_place_above_the_uav_is_no_report():
+    uav = UavState(np.array([0.0, 0.0, 2.0]), np.zeros(3))
+    state = belief([4.0, 0.0, -3.0], np.diag([0.1, 1.0, 0.1]))
+    assert not reported(state, uav, np.zeros((1, 1), dtype=np.int64)).known.any()
+
+
+@pytest.mark.parametrize("along", [False, True])
+def test_the_echo_of_many_directions_is_that_of_each(along):
+    """Of beams, an omnidirectional slot and both together."""
+    law = scene_of(load_scenario("paper-single")).law
+    rng = np.random.default_rng(4)
+    beams = rng.standard_normal((2, 3, 30)) + 1j * rng.standard_normal((2, 3, 30))
+    state = np.stack(
+        [rng.uniform(0.1, 3.0, (2, 50)), rng.uniform(80, 200, (2, 50)), np.zeros((2, 50))], axis=-1
+    )
+    state[0, 0] = np.nan
+    omni = transmission.omni(np.ones((2, 3), dtype=bool), 2.0, 30)
+    narrow = transmission.directional(beams)
+    for sent in (omni, narrow, replace(narrow, probing=omni.antenna_power.sum(axis=-2))):
+        snr = law.snr(sent, state, along=along)
+        single = [law.snr(sent, state[:, [k]]) for k in range(50)]
+        np.testing.assert_allclose(snr, np.concatenate(single, axis=1), rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["points", "first_points", "iterations"])
+def test_too_few_are_refused(name):
+    with pytest.raises(InputError, match=f"{name}: 0 is not accepted"):
+        GroundTracker(**{name: 0})
+
+
+def test_the_height_is_known_as_well_as_both_its_parts():
+    scenario = load_scenario("paper-single", {"uav.altimeter_std": "3 m", "uav.terrain_std": "4 m"})
+    assert scenario.uav.altitude_std == 5.0
+    assert configure(scenario, GROUND).system.altitude_std == 5.0
