@@ -1,0 +1,128 @@
+"""Beliefs in, beams of the largest expected sum rate out: the door of this room."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from echobeam.beamforming.expected import starts
+from echobeam.beamforming.expected.ascent import ascend
+from echobeam.beamforming.expected.beliefs import BeliefBatch
+from echobeam.beamforming.expected.objective import normalised, received
+from echobeam.beamforming.expected.places import Places, places_at_nodes
+from echobeam.beamforming.expected.quadrature import nodes_needed, rule
+from echobeam.values import Array, BoolArray, ComplexArray
+
+PROBE = 3
+"""Cycles after which the starts are compared, and one is climbed from to the end."""
+
+TOGETHER = 400_000
+"""Numbers in the channels at the nodes of the trials that are designed at a time."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExpectedAnswer:
+    """Beams of T trials.
+
+    Attributes
+    ----------
+    beams
+        ``(T, K, N)`` complex, sqrt(power); zero for objects that are not served.
+    expected_rate
+        ``(T,)`` bit/s/Hz: the expected sum rate.
+    fallback
+        ``(T,)``: whether a floor is missed, or a belief makes no problem.
+    messages
+        Reasons, by trial.
+    """
+
+    beams: ComplexArray
+    expected_rate: Array
+    fallback: BoolArray
+    messages: dict[int, str] = field(default_factory=dict)
+
+
+def design_expected(beliefs: BeliefBatch) -> ExpectedAnswer:
+    """Return the beams of the largest expected sum rate found, never worse than the starts.
+
+    An object whose belief makes no problem (a lost track, say) gets no beam, and its trial is
+    marked as a fallback; it does not stop the others.
+
+    Parameters
+    ----------
+    beliefs
+        Of T trials.
+    """
+    sound = beliefs.sound
+    answer = ExpectedAnswer(
+        beams=np.zeros((*sound.shape, beliefs.array.n), dtype=complex),
+        expected_rate=np.zeros(len(beliefs)),
+        fallback=(beliefs.active & ~sound).any(axis=-1),
+    )
+    for trial in np.flatnonzero(answer.fallback).tolist():
+        answer.messages[trial] = "a belief is no number, or noise over gain is beyond 1e-24 to 1e24"
+    deviation = np.where(sound, beliefs.deviation, 0.0)
+    count = nodes_needed(np.where(sound, beliefs.angles, 0.0), deviation, beliefs.array)
+    count[~sound.any(axis=-1)] = 0
+    for size in np.unique(count[count > 0]).tolist():
+        which = np.flatnonzero(count == size)
+        many = max(TOGETHER // (size * sound.shape[1] * beliefs.array.n), 1)
+        for begin in range(0, which.size, many):
+            part = which[begin : begin + many]
+            taken = beliefs.taken(part)
+            places = places_at_nodes(taken, sound[part], size)
+            beams, value = _climbed(places, taken, size)
+            answer.beams[part] = places.beams(beams, beliefs.power)
+            answer.expected_rate[part] = value / np.log(2.0)
+    return answer
+
+
+def _climbed(places: Places, beliefs: BeliefBatch, size: int) -> tuple[ComplexArray, Array]:
+    """Return beams ``(T, K, r)`` and the expected sum rate, nats, from the best of the starts."""
+    tried = starting_beams(places, beliefs, size)
+    if len(tried) == 1:
+        reached = ascend(places, tried[0])
+        return reached.beams, reached.value
+    probed = [ascend(places, beams, PROBE) for beams in tried]
+    value = np.stack([each.value for each in probed])
+    best = np.argmax(value, axis=0)
+    beams = np.stack([each.beams for each in probed])[best, np.arange(len(places))]
+    reached = ascend(places, beams)
+    return reached.beams, reached.value
+
+
+def starting_beams(places: Places, beliefs: BeliefBatch, size: int) -> list[ComplexArray]:
+    """Return beams ``(T, K, r)`` to climb from; where none are given, matched ones stand in."""
+    z, _ = rule(size)
+    array = beliefs.array
+    matched = starts.filled(places, starts.unit(places.centre.astype(complex)))
+    several = places.active.shape[1] > 1
+    if size == 1:
+        tried = [matched]
+        shapes = starts.unit(places.centre.astype(complex))
+    else:
+        angle, deviation = (
+            np.where(places.active, a, 0.0) for a in (beliefs.angles, beliefs.deviation)
+        )
+        slope = np.minimum(np.abs(array.slope(angle)) + 0.5 * deviation, 1.0) * deviation
+        chirp = np.pi * array.spacing * array.n * slope / starts.COVERED
+        shapes = starts.principal_shapes(places)
+        spread = starts.spread_shapes(places, z, chirp)
+        tried = [matched, starts.filled(places, shapes), starts.filled(places, spread)]
+        if several:
+            tried.append(starts.alone(places, spread))
+    if several:
+        tried += [starts.equal(places, shapes), starts.alone(places, shapes)]
+    if beliefs.warm_start is not None:
+        tried.append(_given(places, beliefs.warm_start, matched))
+    return tried
+
+
+def _given(places: Places, warm: ComplexArray, matched: ComplexArray) -> ComplexArray:
+    """Return the beams given, matched ones in trials where some are missing."""
+    there = (np.isfinite(warm).all(axis=-1) | ~places.active).all(axis=-1)
+    clean = np.where(places.active[..., None] & np.isfinite(warm), warm, 0.0)
+    inside = normalised(places.coordinates(clean))
+    there &= received(places, inside).value > 0.0
+    return np.where(there[:, None, None], inside, matched)
