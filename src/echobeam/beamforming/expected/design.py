@@ -9,13 +9,23 @@ import numpy as np
 from echobeam.beamforming.expected import starts
 from echobeam.beamforming.expected.ascent import ascend
 from echobeam.beamforming.expected.beliefs import BeliefBatch
+from echobeam.beamforming.expected.floors import Floors, floor_nodes, keep_floors
 from echobeam.beamforming.expected.objective import normalised, received
-from echobeam.beamforming.expected.places import Places, places_at_nodes
+from echobeam.beamforming.expected.places import Places, places_at_nodes, places_of
 from echobeam.beamforming.expected.quadrature import nodes_needed, rule
 from echobeam.values import Array, BoolArray, ComplexArray
 
 PROBE = 3
 """Cycles after which the starts are compared, and one is climbed from to the end."""
+
+FINALISTS = 2
+"""Starts that are climbed from to the end."""
+
+ALIKE = 1e-4
+"""Relative difference of two starts' values that is not worth a second climb."""
+
+HOPELESS = 0.2
+"""Relative distance, after the first cycles, from the best value found that is given up."""
 
 TOGETHER = 400_000
 """Numbers in the channels at the nodes of the trials that are designed at a time."""
@@ -58,7 +68,7 @@ def design_expected(beliefs: BeliefBatch) -> ExpectedAnswer:
     answer = ExpectedAnswer(
         beams=np.zeros((*sound.shape, beliefs.array.n), dtype=complex),
         expected_rate=np.zeros(len(beliefs)),
-        fallback=(beliefs.active & ~sound).any(axis=-1),
+        fallback=np.asarray((beliefs.active & ~sound).any(axis=-1)),
     )
     for trial in np.flatnonzero(answer.fallback).tolist():
         answer.messages[trial] = "a belief is no number, or noise over gain is beyond 1e-24 to 1e24"
@@ -72,24 +82,69 @@ def design_expected(beliefs: BeliefBatch) -> ExpectedAnswer:
             part = which[begin : begin + many]
             taken = beliefs.taken(part)
             places = places_at_nodes(taken, sound[part], size)
-            beams, value = _climbed(places, taken, size)
+            beams = _climbed(places, taken, size)
+            if (beliefs.min_rate > 0.0).any():
+                beams, missed = _with_floors(places, taken, size, beams)
+                for trial, words in missed.items():
+                    answer.fallback[part[trial]] = True
+                    answer.messages[int(part[trial])] = words
             answer.beams[part] = places.beams(beams, beliefs.power)
-            answer.expected_rate[part] = value / np.log(2.0)
+            answer.expected_rate[part] = received(places, beams).value / np.log(2.0)
     return answer
 
 
-def _climbed(places: Places, beliefs: BeliefBatch, size: int) -> tuple[ComplexArray, Array]:
-    """Return beams ``(T, K, r)`` and the expected sum rate, nats, from the best of the starts."""
+def _with_floors(
+    places: Places, beliefs: BeliefBatch, size: int, beams: ComplexArray
+) -> tuple[ComplexArray, dict[int, str]]:
+    """Return beams that meet the floors, as far as they were found, and words where they do not."""
+    z = floor_nodes(beliefs.outage, size)
+    inner = places_of(beliefs, places.active, z, np.full(z.size, 1.0 / z.size), places.basis)
+    threshold = np.where(places.active, np.expm1(np.log(2.0) * beliefs.min_rate), 0.0)
+    missed = ~Floors(inner, threshold).met(beams).all(axis=-1)
+    which = np.flatnonzero(missed)
+    if which.size == 0:
+        return beams, {}
+    floors = Floors(inner.taken(which), threshold[which])
+    kept = keep_floors(places.taken(which), floors, beams[which])
+    beams = beams.copy()
+    beams[which] = kept.beams
+    sure = f"{1.0 - beliefs.outage:.6g}"
+    return beams, {
+        int(
+            which[place]
+        ): f"no beams were found that meet the rate floors with probability {sure}; "
+        f"these meet floors scaled by {kept.part[place]:.4g}"
+        for place in np.flatnonzero(~kept.feasible)
+    }
+
+
+def _climbed(places: Places, beliefs: BeliefBatch, size: int) -> ComplexArray:
+    """Return beams ``(T, K, r)``: the best that climbs from the starts lead to.
+
+    All starts are climbed from for a few cycles, the best `FINALISTS` of different value to the
+    end.
+    """
     tried = starting_beams(places, beliefs, size)
     if len(tried) == 1:
-        reached = ascend(places, tried[0])
-        return reached.beams, reached.value
+        return ascend(places, tried[0]).beams
     probed = [ascend(places, beams, PROBE) for beams in tried]
     value = np.stack([each.value for each in probed])
+    beams = np.stack([each.beams for each in probed])
+    every = np.arange(len(places))
     best = np.argmax(value, axis=0)
-    beams = np.stack([each.beams for each in probed])[best, np.arange(len(places))]
-    reached = ascend(places, beams)
-    return reached.beams, reached.value
+    reached = ascend(places, beams[best, every])
+    found, highest = reached.beams, reached.value
+    for _ in range(FINALISTS - 1):
+        value = np.where(value > value[best, every] * (1.0 - ALIKE), -np.inf, value)
+        best = np.argmax(value, axis=0)
+        left = np.flatnonzero(value[best, every] > highest * (1.0 - HOPELESS))
+        if left.size == 0:
+            break
+        again = ascend(places.taken(left), beams[best[left], left])
+        better = again.value > highest[left]
+        found[left] = np.where(better[:, None, None], again.beams, found[left])
+        highest[left] = np.where(better, again.value, highest[left])
+    return found
 
 
 def starting_beams(places: Places, beliefs: BeliefBatch, size: int) -> list[ComplexArray]:

@@ -81,7 +81,9 @@ class Places:
         return scaled
 
 
-def places_of(beliefs: BeliefBatch, active: BoolArray, z: Array, weight: Array) -> Places:
+def places_of(
+    beliefs: BeliefBatch, active: BoolArray, z: Array, weight: Array, basis: Array | None = None
+) -> Places:
     """Return the places of beliefs at nodes of a standard normal number.
 
     Parameters
@@ -92,6 +94,8 @@ def places_of(beliefs: BeliefBatch, active: BoolArray, z: Array, weight: Array) 
         ``(T, K)``: the objects that are served, whose numbers are sound.
     z, weight
         ``(Q,)``.
+    basis
+        ``(T, N, r)``; that of the weighted nodes if None.
     """
     array = beliefs.array
     mean, deviation = (np.where(active, a, 0.0) for a in (beliefs.angles, beliefs.deviation))
@@ -102,7 +106,8 @@ def places_of(beliefs: BeliefBatch, active: BoolArray, z: Array, weight: Array) 
     scale = active[..., None, None] / np.sqrt(array.n)
     full = real_steering(array.phases(mean[..., None] + shift), array.shape) * scale
     centre = real_steering(array.phases(mean), array.shape) * scale[..., 0]
-    basis = _span(full, centre, weight)
+    if basis is None:
+        basis = _span(full, centre, weight)
     return Places(
         channel=full @ basis[:, None],
         weight=active[..., None] * weight,

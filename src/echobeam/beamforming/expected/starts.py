@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.beamforming.expected.places import Places
-from echobeam.values import Array, ComplexArray
+from echobeam.values import Array, BoolArray, ComplexArray
 
 COVERED = 1.75
 """Standard deviations over which the outermost antennas of a spread beam point."""
@@ -72,13 +72,15 @@ def unit(shapes: ComplexArray) -> ComplexArray:
 def filled(places: Places, shapes: ComplexArray) -> ComplexArray:
     """Return beams of shapes ``(T, K, r)`` with water-filling powers over the expected gains."""
     gain = gain_over_loss(places, shapes)
-    return np.sqrt(pour(gain, places.active))[..., None] * shapes
+    beams: ComplexArray = np.sqrt(pour(gain, places.active))[..., None] * shapes
+    return beams
 
 
 def equal(places: Places, shapes: ComplexArray) -> ComplexArray:
     """Return beams of shapes ``(T, K, r)`` with equal powers."""
     many = np.maximum(places.active.sum(axis=-1, keepdims=True), 1)
-    return np.sqrt(places.active / many)[..., None] * shapes
+    beams: ComplexArray = np.sqrt(places.active / many)[..., None] * shapes
+    return beams
 
 
 def alone(places: Places, shapes: ComplexArray) -> ComplexArray:
@@ -88,7 +90,7 @@ def alone(places: Places, shapes: ComplexArray) -> ComplexArray:
     return np.where((best & places.active)[..., None], shapes, 0.0)
 
 
-def pour(gain: Array, active: Array) -> Array:
+def pour(gain: Array, active: BoolArray) -> Array:
     """Return water-filling powers ``(T, K)`` of unit sum, max(0, level - 1 / gain).
 
     Counted from the lowest ground: where noise is many times the power, digits would be lost.
