@@ -11,5 +11,6 @@ an object depends on its own place alone.
 
 Read `design` first. `beliefs` is the input, `quadrature` turns expectations into sums, `places`
 has the channels at the nodes in few coordinates, `objective` and `ascent` climb, `starts` says
-from where, and `floors` meets rate floors with a probability.
+from where, `floors` says what rate floors take that are to be met with a probability, and
+`keeping` meets them.
 """

@@ -9,10 +9,11 @@ import numpy as np
 from echobeam.beamforming.expected import starts
 from echobeam.beamforming.expected.ascent import ascend
 from echobeam.beamforming.expected.beliefs import BeliefBatch
-from echobeam.beamforming.expected.floors import Floors, floor_nodes, keep_floors
+from echobeam.beamforming.expected.floors import Floors, floor_nodes
+from echobeam.beamforming.expected.keeping import keep_floors
 from echobeam.beamforming.expected.objective import normalised, received
 from echobeam.beamforming.expected.places import Places, places_at_nodes, places_of
-from echobeam.beamforming.expected.quadrature import nodes_needed, rule
+from echobeam.beamforming.expected.quadrature import fine_rule, nodes_needed, rule
 from echobeam.values import Array, BoolArray, ComplexArray
 
 PROBE = 3
@@ -26,6 +27,9 @@ ALIKE = 1e-4
 
 HOPELESS = 0.2
 """Relative distance, after the first cycles, from the best value found that is given up."""
+
+SLACK = 0.1
+"""Relative excess of the outage, on nodes four times as close, that is put down to the nodes."""
 
 TOGETHER = 400_000
 """Numbers in the channels at the nodes of the trials that are designed at a time."""
@@ -100,22 +104,26 @@ def _with_floors(
     z = floor_nodes(beliefs.outage, size)
     inner = places_of(beliefs, places.active, z, np.full(z.size, 1.0 / z.size), places.basis)
     threshold = np.where(places.active, np.expm1(np.log(2.0) * beliefs.min_rate), 0.0)
-    missed = ~Floors(inner, threshold).met(beams).all(axis=-1)
-    which = np.flatnonzero(missed)
-    if which.size == 0:
-        return beams, {}
-    floors = Floors(inner.taken(which), threshold[which])
-    kept = keep_floors(places.taken(which), floors, beams[which])
-    beams = beams.copy()
-    beams[which] = kept.beams
-    sure = f"{1.0 - beliefs.outage:.6g}"
-    return beams, {
-        int(
-            which[place]
-        ): f"no beams were found that meet the rate floors with probability {sure}; "
-        f"these meet floors scaled by {kept.part[place]:.4g}"
-        for place in np.flatnonzero(~kept.feasible)
-    }
+    floors = Floors(inner, threshold)
+    words: dict[int, str] = {}
+    which = np.flatnonzero(~floors.met(beams).all(axis=-1))
+    if which.size:
+        kept = keep_floors(places.taken(which), floors.taken(which), beams[which])
+        beams = beams.copy()
+        beams[which] = kept.beams
+        for place in np.flatnonzero(~kept.feasible):
+            words[int(which[place])] = (
+                "no beams were found that meet the rate floors with probability "
+                f"{1.0 - beliefs.outage:.6g}; these are for floors scaled by {kept.part[place]:.4g}"
+            )
+    z, weight = fine_rule(size)
+    met = Floors(places_of(beliefs, places.active, z, weight, places.basis), threshold)
+    chance = met.probability(beams)
+    least = np.min(np.where(places.active, chance, 1.0), axis=-1, initial=1.0)
+    for trial in np.flatnonzero(least < 1.0 - beliefs.outage * (1.0 + SLACK)).tolist():
+        if trial not in words:
+            words[trial] = f"a rate floor is met with probability {least[trial]:.3g} only"
+    return beams, words
 
 
 def _climbed(places: Places, beliefs: BeliefBatch, size: int) -> ComplexArray:
