@@ -46,7 +46,8 @@ def test_without_uncertainty_the_beam_is_the_matched_beamers():
     ours, matched = PosteriorBeamer().beams(aim, view), MatchedBeamer().beams(aim, view)
     turn = np.vdot(ours.beams, matched.beams)
     np.testing.assert_allclose(ours.beams * turn / abs(turn), matched.beams, atol=1e-10)
-    assert np.isnan(ours.covered).all() and not ours.fallback.any()
+    assert np.isnan(ours.covered).all()
+    assert not ours.fallback.any()
 
 
 def test_the_belief_of_tracks():
@@ -63,7 +64,8 @@ def test_tracks_that_are_not_served_get_no_beams():
     prior = replace(prior, status=status, mean=mean)
     view, aim = view_and_aim(prior, load_scenario("paper-single"))
     made = PosteriorBeamer().beams(aim, view)
-    assert np.isfinite(made.beams).all() and not made.beams[0, 1].any()
+    assert np.isfinite(made.beams).all()
+    assert not made.beams[0, 1].any()
     assert not made.fallback.any()
     nobody = replace(aim, active=np.zeros(1, dtype=bool))
     assert not PosteriorBeamer().beams(nobody, view).beams.any()

@@ -14,7 +14,7 @@ from echobeam.beamforming.expected.keeping import keep_floors
 from echobeam.beamforming.expected.objective import normalised, received
 from echobeam.beamforming.expected.places import Places, places_at_nodes, places_of
 from echobeam.beamforming.expected.quadrature import fine_rule, nodes_needed, rule
-from echobeam.values import Array, BoolArray, ComplexArray
+from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 PROBE = 3
 """Cycles after which the starts are compared, and one is climbed from to the end."""
@@ -86,15 +86,26 @@ def design_expected(beliefs: BeliefBatch) -> ExpectedAnswer:
             part = which[begin : begin + many]
             taken = beliefs.taken(part)
             places = places_at_nodes(taken, sound[part], size)
-            beams = _climbed(places, taken, size)
-            if (beliefs.min_rate > 0.0).any():
-                beams, missed = _with_floors(places, taken, size, beams)
-                for trial, words in missed.items():
-                    answer.fallback[part[trial]] = True
-                    answer.messages[int(part[trial])] = words
-            answer.beams[part] = places.beams(beams, beliefs.power)
-            answer.expected_rate[part] = received(places, beams).value / np.log(2.0)
+            dimensions = places.dimensions
+            for width in np.unique(dimensions).tolist():
+                alike = np.flatnonzero(dimensions == width)
+                few = places.taken(alike).narrowed(width)
+                _design_alike(few, taken.taken(alike), size, part[alike], answer)
     return answer
+
+
+def _design_alike(
+    places: Places, beliefs: BeliefBatch, size: int, trials: IntArray, answer: ExpectedAnswer
+) -> None:
+    """Put the beams of some trials, of one number of nodes and coordinates, into the answer."""
+    beams = _climbed(places, beliefs, size)
+    if (beliefs.min_rate > 0.0).any():
+        beams, missed = _with_floors(places, beliefs, size, beams)
+        for trial, words in missed.items():
+            answer.fallback[trials[trial]] = True
+            answer.messages[int(trials[trial])] = words
+    answer.beams[trials] = places.beams(beams, beliefs.power)
+    answer.expected_rate[trials] = received(places, beams).value / np.log(2.0)
 
 
 def _with_floors(
@@ -152,7 +163,22 @@ def _climbed(places: Places, beliefs: BeliefBatch, size: int) -> ComplexArray:
         better = again.value > highest[left]
         found[left] = np.where(better[:, None, None], again.beams, found[left])
         highest[left] = np.where(better, again.value, highest[left])
+    if places.active.shape[1] > 2:
+        again = ascend(places, _without_the_weakest(places, found))
+        better = again.value > highest
+        found = np.where(better[:, None, None], again.beams, found)
     return found
+
+
+def _without_the_weakest(places: Places, beams: ComplexArray) -> ComplexArray:
+    """Return the beams but that of the object with the smallest rate of those with power."""
+    at = received(places, beams)
+    rate = np.sum(places.weight * np.log1p(at.own / at.noise), axis=-1)
+    served = np.any(beams != 0.0, axis=-1)
+    weakest = np.argmin(np.where(served, rate, np.inf), axis=-1)
+    others = np.arange(rate.shape[1]) != weakest[:, None]
+    left: ComplexArray = np.where(others[..., None], beams, 0.0)
+    return normalised(left)
 
 
 def starting_beams(places: Places, beliefs: BeliefBatch, size: int) -> list[ComplexArray]:
@@ -177,6 +203,8 @@ def starting_beams(places: Places, beliefs: BeliefBatch, size: int) -> list[Comp
             tried.append(starts.alone(places, spread))
     if several:
         tried += [starts.equal(places, shapes), starts.alone(places, shapes)]
+    if places.active.shape[1] > 2:
+        tried.append(starts.chosen(places, shapes))
     if beliefs.warm_start is not None:
         tried.append(_given(places, beliefs.warm_start, matched))
     return tried

@@ -31,6 +31,9 @@ ROUNDS = 60
 
 HALVINGS = 16
 
+SETTLED = 1e-12
+"""Growth of a power, of the whole, below which an iteration ends."""
+
 CLOSER = 3
 """Nodes of a floor for each of the expectation's: a weak direction must not hide between them."""
 
@@ -135,12 +138,14 @@ class Requirement:
             scale = np.where(self.threshold[..., None] > 0.0, self.threshold[..., None] / own, 0.0)
         scale = np.minimum(np.nan_to_num(scale, nan=np.inf), 1e30)
         powers = np.maximum(begin, at_least)
+        going = np.ones(len(powers), dtype=bool)
         for _ in range(ROUNDS):
             noise = (foreign @ powers[:, None, :, None])[..., 0] + self.loss
             new = np.maximum(at_least, np.max(scale * noise, axis=-1))
             new = np.minimum(np.maximum(new, powers), 2.0)  # beyond the budget anyway
-            grown = np.max(new - powers, initial=0.0)
+            new = np.where(going[:, None], new, powers)
+            going = np.max(new - powers, axis=-1, initial=0.0) > SETTLED
             powers = new
-            if grown <= 1e-12:
+            if not going.any():
                 break
         return powers

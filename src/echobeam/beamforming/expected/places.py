@@ -20,6 +20,10 @@ TOLERANCE = 1e-3
 """Relative singular value, of nodes weighted by the root of their probability, that is left out:
 a loss of gain of its square."""
 
+DIMENSIONS = (1, 2, 4, 6, 9, 12, 16, 22, 30, 45, 64, 90, 128)
+"""Numbers of coordinates; trials are brought together by it, so that none depends on the others,
+not even in its last digits."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
@@ -63,9 +67,25 @@ class Places:
             self.active[trials],
         )
 
-    def weighted(self, weight: Array) -> Places:
-        """Return the same places with other weights ``(T, K, Q)``."""
-        return Places(self.channel, weight, self.loss, self.centre, self.basis, self.active)
+    @property
+    def dimensions(self) -> IntArray:
+        """``(T,)``: dimensions that a trial is given, those that it needs rounded up."""
+        needed = np.any(self.basis != 0.0, axis=1).sum(axis=-1)
+        place = np.minimum(np.searchsorted(DIMENSIONS, needed), len(DIMENSIONS) - 1)
+        most = np.asarray(DIMENSIONS, dtype=np.int64)[place]
+        given: IntArray = np.minimum(np.maximum(most, needed), self.basis.shape[-1])
+        return given
+
+    def narrowed(self, dimensions: int) -> Places:
+        """Return the same places in the last coordinates only, which have all that matters."""
+        return Places(
+            np.ascontiguousarray(self.channel[..., -dimensions:]),
+            self.weight,
+            self.loss,
+            np.ascontiguousarray(self.centre[..., -dimensions:]),
+            np.ascontiguousarray(self.basis[..., -dimensions:]),
+            self.active,
+        )
 
     def coordinates(self, beams: ComplexArray) -> ComplexArray:
         """Return beams ``(T, K, N)`` in the basis, ``(T, K, r)``; the rest reaches nobody."""
@@ -132,8 +152,6 @@ def _span(full: Array, centre: Array, weight: Array) -> Array:
     flipped = np.swapaxes(vectors, -1, -2)
     squares, directions = np.linalg.eigh(vectors @ flipped if few else flipped @ vectors)
     kept = squares > TOLERANCE**2 * np.maximum(squares[..., -1:], np.finfo(float).tiny)
-    most = max(int(np.max(np.sum(kept, axis=-1), initial=0)), 1)
-    kept, squares, directions = kept[..., -most:], squares[..., -most:], directions[..., -most:]
     if few:
         directions = flipped @ (directions / np.sqrt(np.where(kept, squares, 1.0))[:, None])
     return np.where(kept[:, None], directions, 0.0)

@@ -90,6 +90,38 @@ def alone(places: Places, shapes: ComplexArray) -> ComplexArray:
     return np.where((best & places.active)[..., None], shapes, 0.0)
 
 
+def chosen(places: Places, shapes: ComplexArray) -> ComplexArray:
+    """Return equal beams of objects that disturb each other little, zero for the others.
+
+    Objects are taken one after the other, that with the largest gain next which is left off the
+    span of those before (semi-orthogonal selection, Yoo and Goldsmith, IEEE J. Sel. Areas Commun.
+    24, 2006), as many as make the sum of log(1 + gain / number) largest.
+    """
+    trials, objects, size = shapes.shape
+    every = np.arange(trials)
+    gain = gain_over_loss(places, shapes)
+    left, taken = shapes.copy(), ~places.active
+    kept: list[Array] = []
+    masks, sums = [places.active & False], [np.zeros(trials)]
+    for _ in range(min(objects, size)):
+        off = np.sum(left.real**2 + left.imag**2, axis=-1)
+        reach = np.where(taken, -1.0, gain * off)
+        best = np.argmax(reach, axis=-1)
+        kept.append(np.maximum(reach[every, best], 0.0))
+        taken = taken.copy()
+        taken[every, best] = True
+        masks.append(taken & places.active)
+        sums.append(np.sum(np.log1p(np.stack(kept) / len(kept)), axis=0))
+        axis = unit(left[every, best])
+        along = (left @ axis.conj()[..., None])[..., 0]
+        left = left - along[..., None] * axis[:, None]
+    most = np.argmax(np.stack(sums), axis=0)
+    mask = np.stack(masks)[most, every]
+    many = np.maximum(mask.sum(axis=-1, keepdims=True), 1)
+    beams: ComplexArray = np.sqrt(mask / many)[..., None] * shapes
+    return beams
+
+
 def pour(gain: Array, active: BoolArray) -> Array:
     """Return water-filling powers ``(T, K)`` of unit sum, max(0, level - 1 / gain).
 
