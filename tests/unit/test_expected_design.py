@@ -159,6 +159,7 @@ def test_without_uncertainty_one_object_has_a_matched_beam():
 def test_without_uncertainty_the_sum_rate_is_that_of_the_beam_design(snr, objects):
     given = beliefs(8, objects, 30, 0.0, snr, seed=14)
     answer = design_expected(given)
+    part = np.empty(8)
     for trial in range(8):
         design = eb.design_beams(
             eb.BeamProblem(
@@ -172,7 +173,9 @@ def test_without_uncertainty_the_sum_rate_is_that_of_the_beam_design(snr, object
                 array=given.array,
             )
         )
-        assert answer.expected_rate[trial] >= design.objective * (1.0 - 0.01)
+        part[trial] = answer.expected_rate[trial] / design.objective
+    assert part.min() > 0.95
+    assert part.mean() > 0.995
     level = np.sqrt(1.0 / objects / 30) * given.array.steering(given.angles)
     assert (answer.expected_rate >= expected_rate(given, level) * (1.0 - 1e-9)).all()
 

@@ -27,9 +27,15 @@ MET = 1e-6
 """Relative shortfall of an SINR that is put down to rounding."""
 
 ROUNDS = 60
-"""Iterations of the least powers, each from the last ones; bisections of the lift."""
+"""Iterations of the least powers, each from the last ones."""
 
-HALVINGS = 16
+LIFTS = 12
+"""Most steps of the search for the lift."""
+
+SPENT = 1e-5
+"""Part of the power that may be left when that search ends; all powers are scaled to spend it."""
+
+LEAST_GAIN = 1e-30
 
 SETTLED = 1e-12
 """Growth of a power, of the whole, below which an iteration ends."""
@@ -106,42 +112,62 @@ class Floors:
         wanted
             ``(T, K)``: powers that are lifted by a common factor as far as the floors permit.
         """
-        require = Requirement(gains, self.places.loss, self.threshold)
-        low, high = np.zeros(len(wanted)), np.full(len(wanted), 1.0)
+        require = Requirement.of(gains, self.places.loss, self.threshold)
         kept = require.least(np.zeros_like(wanted), np.zeros_like(wanted))
         feasible = kept.sum(axis=-1) <= 1.0 + MET
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
+        low, high = np.zeros(len(wanted)), np.ones(len(wanted))
+        below, above = kept.sum(axis=-1), require.least(wanted, kept).sum(axis=-1)
+        for number in range(LIFTS):
+            # The sum is convex in the lift: a chord's is feasible, and halves end what it leaves.
+            chord = (1.0 - below) / np.maximum(above - below, SETTLED)
+            part = np.where(number % 3 == 2, 0.5, np.clip(chord, 0.0, 1.0))
+            middle = low + part * (high - low)
             tried = require.least(middle[:, None] * wanted, kept)
-            fits = tried.sum(axis=-1) <= 1.0
-            low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+            total = tried.sum(axis=-1)
+            fits = total <= 1.0 + SETTLED
+            low, below = np.where(fits, middle, low), np.where(fits, total, below)
+            high, above = np.where(fits, high, middle), np.where(fits, above, total)
             kept = np.where(fits[:, None], tried, kept)
+            if (below >= 1.0 - SPENT)[feasible].all():
+                break
         total = kept.sum(axis=-1, keepdims=True)
         return kept / np.where(total > 0.0, total, 1.0), feasible
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Requirement:
-    """The interference function of shapes with these gains."""
+    """The interference function of shapes with these gains.
 
-    gains: Array
+    Attributes
+    ----------
+    foreign
+        ``(T, K, J, K)``: gains of the other beams at an object's nodes.
+    loss, scale
+        ``(T, K, J)``: noise, and threshold over the gain of the own beam.
+    """
+
+    foreign: Array
     loss: Array
-    threshold: Array
+    scale: Array
+
+    @classmethod
+    def of(cls, gains: Array, loss: Array, threshold: Array) -> Requirement:
+        """Return that of gains ``(T, K, J, K)`` and thresholds ``(T, K)``."""
+        which = np.arange(gains.shape[1])
+        own = np.moveaxis(gains[:, which, :, which], 0, 1)
+        foreign = gains.copy()
+        foreign[:, which, :, which] = 0.0
+        asked = threshold[..., None]
+        scale = np.where(asked > 0.0, asked / np.maximum(own, LEAST_GAIN), 0.0)
+        return cls(foreign, loss, scale)
 
     def least(self, at_least: Array, begin: Array) -> Array:
         """Return the least powers, from below; a sum beyond 1 says that there are none."""
-        which = np.arange(self.gains.shape[1])
-        own = np.moveaxis(self.gains[:, which, :, which], 0, 1)
-        foreign = self.gains.copy()
-        foreign[:, which, :, which] = 0.0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            scale = np.where(self.threshold[..., None] > 0.0, self.threshold[..., None] / own, 0.0)
-        scale = np.minimum(np.nan_to_num(scale, nan=np.inf), 1e30)
         powers = np.maximum(begin, at_least)
         going = np.ones(len(powers), dtype=bool)
         for _ in range(ROUNDS):
-            noise = (foreign @ powers[:, None, :, None])[..., 0] + self.loss
-            new = np.maximum(at_least, np.max(scale * noise, axis=-1))
+            noise = (self.foreign @ powers[:, None, :, None])[..., 0] + self.loss
+            new = np.maximum(at_least, np.max(self.scale * noise, axis=-1))
             new = np.minimum(np.maximum(new, powers), 2.0)  # beyond the budget anyway
             new = np.where(going[:, None], new, powers)
             going = np.max(new - powers, axis=-1, initial=0.0) > SETTLED

@@ -13,10 +13,13 @@ import numpy as np
 
 from echobeam.beamforming.expected import starts
 from echobeam.beamforming.expected.ascent import ascend, step
-from echobeam.beamforming.expected.floors import HALVINGS, Floors, Requirement
+from echobeam.beamforming.expected.floors import Floors, Requirement
 from echobeam.beamforming.expected.objective import normalised, received
 from echobeam.beamforming.expected.places import Places
 from echobeam.values import Array, BoolArray, ComplexArray
+
+HALVINGS = 20
+"""Bisections of the factor that scales floors out of reach."""
 
 POLISHING = 12
 """Steps of the climb that keep the floors."""
@@ -35,6 +38,9 @@ SHARPNESS = 10.0
 
 FLATTER = 4
 """Rounds in which the weights of a flat shape follow its weakest directions."""
+
+NARROW = 12
+"""Nodes of a floor up to which the principal beam is flat enough."""
 
 CLEAR = 1e-3
 """Noise over what a flat shape is designed with: the climb then sees logarithms of the gain."""
@@ -67,7 +73,10 @@ def keep_floors(places: Places, floors: Floors, beams: ComplexArray) -> Kept:
     easy = _easiest(floors, [free, principal, flat_shapes(floors, principal)])
     short = ~floors.met(beams) & (floors.threshold > 0.0)
     best, value = beams, np.full(len(places), -np.inf)
-    for shapes in (free, np.where(short[..., None], easy, free), easy):
+    several = [np.where(short[..., None], easy, free)]
+    if floors.places.loss.shape[-1] > NARROW:
+        several += [free, easy]
+    for shapes in several:
         made, feasible = _with_powers(floors, shapes, power)
         reached = np.where(feasible, received(places, made).value, -np.inf)
         better = reached > value
@@ -75,8 +84,11 @@ def keep_floors(places: Places, floors: Floors, beams: ComplexArray) -> Kept:
         value = np.where(better, reached, value)
     feasible = np.isfinite(value)
     best = _polished(places, floors, best, value)
-    scaled, part = _scaled(floors, easy)
-    return Kept(np.where(feasible[:, None, None], best, scaled), feasible, part)
+    part = np.ones(len(places))
+    short_of = np.flatnonzero(~feasible)
+    if short_of.size:
+        best[short_of], part[short_of] = _scaled(floors.taken(short_of), easy[short_of])
+    return Kept(best, feasible, part)
 
 
 def _polished(places: Places, floors: Floors, beams: ComplexArray, value: Array) -> ComplexArray:
@@ -136,7 +148,7 @@ def flat_shapes(floors: Floors, shapes: ComplexArray) -> ComplexArray:
     to the weakest directions.
     """
     trials, objects, count, size = floors.places.channel.shape
-    if count == 1:
+    if count <= NARROW:
         return shapes
     channel = floors.places.channel.reshape(trials * objects, 1, count, size)
     loss = np.full((trials * objects, 1, count), CLEAR / size)
@@ -205,7 +217,7 @@ def _scaled(floors: Floors, shapes: ComplexArray) -> tuple[ComplexArray, Array]:
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         share = _share(floors.threshold, middle)
-        require = Requirement(gains, floors.places.loss, share)
+        require = Requirement.of(gains, floors.places.loss, share)
         least = require.least(nothing, nothing)
         fits = least.sum(axis=-1) <= 1.0
         low, high = np.where(fits, middle, low), np.where(fits, high, middle)
