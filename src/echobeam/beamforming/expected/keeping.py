@@ -56,7 +56,7 @@ class Kept:
 
 
 def keep_floors(places: Places, floors: Floors, beams: ComplexArray) -> Kept:
-    """Return beams that meet the floors and lose little of the expected sum rate.
+    """Return beams that meet the floors (38e) and lose little of the expected sum rate.
 
     Parameters
     ----------
