@@ -122,16 +122,16 @@ def test_the_answer_is_no_worse_than_any_start():
 def test_two_objects_against_a_general_optimiser_from_many_starts():
     """Of 40 random problems with four antennas 95 % are within 0.1 % of SciPy's best of 20."""
     draw = np.random.default_rng(12)
-    z, weight = rule(7)
+    nodes, p = np.polynomial.hermite_e.hermegauss(9)
+    p = p / p.sum()
     short = 0
     for seed in range(40):
         given = beliefs(
             1, 2, 4, draw.choice([0.5, 2.0, 6.0]), draw.choice([0.1, 3.0, 100.0]), seed=seed
         )
-        nodes, p = z, weight
         a = given.array.steering(given.angles[0][:, None] + given.deviation[0][:, None] * nodes)
 
-        def lost(x, a=a, p=p, loss=given.loss[0]):
+        def lost(x, a=a, loss=given.loss[0]):
             w = (x[:8] + 1j * x[8:]).reshape(2, 4)
             w = w / np.linalg.norm(w)
             power = np.abs(np.einsum("kqn,in->kqi", a.conj(), w)) ** 2

@@ -9,7 +9,7 @@ from echobeam.beamforming.expected.design import design_expected
 
 from ..beliefs import beliefs, rates_at
 
-DRAWS = 20_000
+DRAWS = 4_000
 
 
 def met(given, beams, seed):

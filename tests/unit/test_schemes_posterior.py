@@ -20,7 +20,8 @@ def tracks(angle, deviation, distance=100.0, correlation=0.0):
     cov = np.zeros((*angle.shape, 3, 3))
     cov[..., 0, 0] = np.asarray(deviation) ** 2
     cov[..., 1, 1] = cov[..., 2, 2] = 1.0
-    cov[..., 0, 1] = cov[..., 1, 0] = correlation * np.asarray(deviation)
+    if correlation:
+        cov[..., 0, 1] = cov[..., 1, 0] = correlation * np.asarray(deviation)
     mean = np.stack([angle, np.full_like(angle, distance), np.zeros_like(angle)], axis=-1)
     status = np.full(angle.shape, Status.CONFIRMED, dtype=np.int8)
     return Tracks(mean, cov, status, np.arange(angle.size)[None])
@@ -54,6 +55,15 @@ def test_the_belief_of_tracks():
     deviation, stretch = belief_of(tracks([1.0, 2.0, 1.0], [0.01, 0.0, 2.0], 50.0, 0.5))
     np.testing.assert_allclose(deviation, [[0.01, 0.0, np.pi / 4]])
     np.testing.assert_allclose(stretch, [[0.5 / 0.01 / 50.0, 0.0, 0.5 / 2.0 / 50.0]])
+
+
+def test_an_angle_of_no_known_size_is_covered_as_far_as_beliefs_go():
+    prior = tracks([1.0], np.inf)
+    view, aim = view_and_aim(prior, load_scenario("paper-single"))
+    made = PosteriorBeamer().beams(aim, view)
+    assert np.isfinite(made.beams).all()
+    assert not made.fallback.any()
+    assert np.sum(np.abs(made.beams) ** 2) == pytest.approx(view.system.radio.power)
 
 
 def test_tracks_that_are_not_served_get_no_beams():

@@ -92,5 +92,5 @@ def belief_of(tracks: Tracks) -> tuple[Array, Array]:
     variance = np.maximum(tracks.cov[..., 0, 0], 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = tracks.cov[..., 0, 1] / variance / tracks.mean[..., 1]
-    stretch = np.where(variance > 0.0, slope, 0.0)
+    stretch = np.where(np.isfinite(slope), slope, 0.0)  # no variance, or no end of it
     return np.minimum(np.sqrt(variance), WIDEST), stretch
