@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from echobeam.beamforming.expected.beliefs import BeliefBatch, check_outage
+from echobeam.beamforming.expected.beliefs import BeliefBatch, check_least_snr, check_outage
 from echobeam.beamforming.expected.design import design_expected
 from echobeam.physics.link import channel_loss
 from echobeam.schemes.base import View
@@ -33,15 +33,21 @@ class PosteriorBeamer:
         The belief that the beams are made from.
     outage
         Probability with which ``coverage.min_rate``, Gamma_k of (38e), may be missed.
+    least_snr
+        SNR of a matched beam that shapes are designed for at least. Zero: the expected rate of
+        this slot, and nothing else. About 100: no part of a wide belief is left dark, so that the
+        echo tells the next slots where the object is.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("min_rate",)
 
     aim: Target = "prior"
     outage: float = 0.05
+    least_snr: float = 0.0
 
     def __post_init__(self) -> None:
         check_outage(self.outage)
+        check_least_snr(self.least_snr)
 
     def beliefs(self, aim: Aim, view: View) -> BeliefBatch:
         """Return the beliefs of a slot, started from the last slot's beams."""
@@ -59,6 +65,7 @@ class PosteriorBeamer:
             power=radio.power,
             array=system.transmitter,
             outage=self.outage,
+            least_snr=self.least_snr,
             warm_start=view.memory,
         )
 

@@ -14,6 +14,8 @@ from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 NEAREST = 0.1
 """Part of the mean distance below which no node is: a linear law of the distance may pass zero."""
 
+MOST_SNR = 1e12
+
 LEAST, MOST = 1e-24, 1e24
 """Range of noise over gain at which numbers are sure to stay numbers."""
 
@@ -42,6 +44,9 @@ class BeliefBatch(Brief):
         P_T.
     array
         The transmit array.
+    least_snr
+        SNR of a matched beam with all the power that shapes are designed for at least; zero for
+        the objective as it is, see `echobeam.beamforming.expected.caution`.
     warm_start
         ``(T, K, N)`` complex: beams to start from, NaN where there are none.
 
@@ -60,12 +65,14 @@ class BeliefBatch(Brief):
     power: float
     array: LinearArray
     outage: float = 0.05
+    least_snr: float = 0.0
     warm_start: ComplexArray | None = None
 
     def __post_init__(self) -> None:
         if not (self.power > 0.0 and np.isfinite(self.power)):
             raise InputError(f"power: {self.power!r} is not accepted; expected a positive number")
         check_outage(self.outage)
+        check_least_snr(self.least_snr)
 
     def __len__(self) -> int:
         """T."""
@@ -105,3 +112,15 @@ def check_outage(outage: float) -> None:
     """
     if not 0.0 < outage < 1.0:
         raise InputError(f"outage: {outage!r} is not accepted; expected a number between 0 and 1")
+
+
+def check_least_snr(snr: float) -> None:
+    """Refuse what is no SNR to design for.
+
+    Raises
+    ------
+    InputError
+        If ``snr`` is negative or beyond 1e12.
+    """
+    if not 0.0 <= snr <= MOST_SNR:
+        raise InputError(f"least_snr: {snr!r} is not accepted; expected a number from 0 to 1e12")

@@ -9,6 +9,7 @@ import numpy as np
 from echobeam.beamforming.expected import starts
 from echobeam.beamforming.expected.ascent import ascend
 from echobeam.beamforming.expected.beliefs import BeliefBatch
+from echobeam.beamforming.expected.caution import cautious, shared_out
 from echobeam.beamforming.expected.floors import Floors, floor_nodes
 from echobeam.beamforming.expected.keeping import keep_floors
 from echobeam.beamforming.expected.objective import normalised, received
@@ -98,7 +99,11 @@ def _design_alike(
     places: Places, beliefs: BeliefBatch, size: int, trials: IntArray, answer: ExpectedAnswer
 ) -> None:
     """Put the beams of some trials, of one number of nodes and coordinates, into the answer."""
-    beams = _climbed(places, beliefs, size)
+    if beliefs.least_snr > 0.0:
+        aimed = cautious(places, beliefs.least_snr)
+        beams = shared_out(places, _climbed(aimed, beliefs, size))
+    else:
+        beams = _climbed(places, beliefs, size)
     if (beliefs.min_rate > 0.0).any():
         beams, missed = _with_floors(places, beliefs, size, beams)
         for trial, words in missed.items():
