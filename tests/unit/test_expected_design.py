@@ -84,6 +84,32 @@ def test_a_wide_belief_at_high_snr_gets_a_flat_beam():
     assert needle.min() < 0.1 * needle.max()
 
 
+def test_shapes_for_a_larger_snr_leave_no_part_of_a_belief_dark():
+    """The rate that they cost in this slot lights the directions where an object may be."""
+    given = beliefs(5, 1, 30, 1.0, 1e-3, angles=np.linspace(0.5, 1.0, 5)[:, None])
+    given = replace(given, deviation=np.full((5, 1), np.radians(6.0)))
+    z = np.broadcast_to(np.linspace(-1.5, 1.5, 301), (5, 1, 301))
+    least, expected = [], []
+    for least_snr in (0.0, 100.0):
+        answer = design_expected(replace(given, least_snr=least_snr))
+        least.append(rates_at(given, answer.beams, z).min(axis=-1))
+        expected.append(expected_rate(given, answer.beams))
+        np.testing.assert_allclose(answer.expected_rate, expected[-1], rtol=2e-3)
+    assert (least[1] > 10.0 * least[0]).all()
+    assert (expected[1] < expected[0]).all()
+    assert (expected[1] > 0.4 * expected[0]).all()
+
+
+def test_shapes_for_a_larger_snr_share_the_power_at_the_snr_that_there_is():
+    """At low SNR all the power goes to the object of the larger expected gain."""
+    given = beliefs(1, 2, 30, 1.0, 1e-4, angles=np.radians([[40.0, 75.0]]), least_snr=100.0)
+    beams = design_expected(replace(given, loss=3e5 * np.array([[1.0, 4.0]]))).beams
+    np.testing.assert_allclose(np.sum(np.abs(beams[0]) ** 2, axis=-1), [1.0, 0.0], atol=1e-9)
+    high = beliefs(4, 2, 30, 1.0, 1e4, seed=21)  # above it nothing changes
+    same = design_expected(replace(high, least_snr=10.0)).expected_rate
+    np.testing.assert_allclose(same, design_expected(high).expected_rate, rtol=1e-3)
+
+
 @pytest.mark.parametrize("objects", [1, 2, 5])
 @pytest.mark.parametrize("snr", [1e-3, 3.0, 1e4])
 def test_no_step_lowers_the_objective(objects, snr):
@@ -243,7 +269,8 @@ def test_beliefs_without_objects_have_no_beams():
 
 
 @pytest.mark.parametrize(
-    ("change", "words"), [({"power": 0.0}, "power"), ({"outage": 0.0}, "outage")]
+    ("change", "words"),
+    [({"power": 0.0}, "power"), ({"outage": 0.0}, "outage"), ({"least_snr": -1.0}, "least_snr")],
 )
 def test_what_makes_no_belief_is_refused(change, words):
     with pytest.raises(InputError, match=words):
