@@ -7,6 +7,8 @@ comes back by code that imports no solver. Methods differ in one function, probl
 `sdp`         the `relaxation`: exact for linear arrays, a bound for planar ones
 `reference`   the paper's SDR + SCA + IRM through CVXPY
 
+`expected` is a room of its own with its own door: beams for beliefs in place of angles.
+
 `certify` examines beams and proves bounds. Shared mathematics: `coverage` and `ellipse` (the grid
 of (38f)), `subspace` (real coordinates), `objective` (rates), `power` and `flat` (closed forms).
 `direct` and `relaxation` do not know each other.

@@ -52,6 +52,11 @@ PARTS: dict[str, dict[str, tuple[str, str, str]]] = {
     "beamer": {
         "cover": ("beamers", "CoverBeamer", "problem (38): beams that cover the uncertainty"),
         "matched": ("beamers", "MatchedBeamer", "matched beams, water-filling power"),
+        "posterior": (
+            "posterior_beamer",
+            "PosteriorBeamer",
+            "largest expected sum rate over the belief",
+        ),
     },
 }
 """Kind of part: name, module, class, and a description in a few words."""

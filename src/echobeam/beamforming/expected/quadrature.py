@@ -1,0 +1,93 @@
+"""Expectations over a Gaussian angle as sums over nodes, as many as the beams' width asks for.
+
+A beam of N elements is a trigonometric polynomial in the direction u; under a standard normal z
+with theta = mean + deviation z its fastest term turns by
+
+    omega = 2 pi spacing (N - 1) |du/dtheta| deviation
+
+per unit of z. The Gauss-Hermite rule of Q points is exact for polynomials of degree 2 Q - 1 and
+best while omega is about one; beyond, its number of points grows with omega^2. The trapezoidal
+rule of step h has an error of exp(-(2 pi / h - omega)^2 / 2) for exp(j omega z) (Poisson's
+summation formula, e.g. Trefethen and Weideman, SIAM Review 56, 2014, section 5), so its number of
+points grows with omega alone.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from echobeam.physics.array import LinearArray
+from echobeam.values import Array, IntArray
+
+HERMITE = 7
+"""Points of the Gauss-Hermite rule."""
+
+SMOOTH = 1.3
+"""omega up to which that rule is used; its error for exp(j omega z) is below 1e-5 there."""
+
+REACH = 4.0
+"""Standard deviations to either side that the trapezoidal rule covers: all but 6e-5."""
+
+MARGIN = 5.0
+"""What 2 pi / h exceeds omega by: an error of 4e-6."""
+
+SIZES = (1, HERMITE, 11, 15, 21, 31, 43, 61, 87, 123, 175, 247, 349, 495, 699, 989)
+"""Numbers of nodes; trials are brought together by it, so that none depends on its neighbours."""
+
+
+def nodes_needed(angles: Array, deviation: Array, array: LinearArray) -> IntArray:
+    """Return ``(T,)``: the number of nodes, of `SIZES`, that the widest belief of a trial needs.
+
+    Parameters
+    ----------
+    angles, deviation
+        ``(T, K)`` rad; an object without a belief has deviation zero.
+    array
+        The transmit array.
+    """
+    slope = np.minimum(np.abs(array.slope(angles)) + deviation, 1.0)  # it grows off the mean
+    omega = 2.0 * np.pi * array.spacing * (array.n - 1) * slope * deviation
+    fastest = np.max(omega, axis=-1, initial=0.0)
+    wanted = np.ceil(2.0 * REACH * (fastest + MARGIN) / (2.0 * np.pi)) + 1.0
+    wanted = np.where(fastest <= SMOOTH, float(HERMITE), wanted)
+    wanted = np.where(np.max(deviation, axis=-1, initial=0.0) == 0.0, 1.0, wanted)
+    place = np.minimum(np.searchsorted(SIZES, wanted), len(SIZES) - 1)
+    return np.asarray(SIZES, dtype=np.int64)[place]
+
+
+@cache
+def rule(count: int) -> tuple[Array, Array]:
+    """Return nodes z and weights, ``(Q,)``, of an expectation over a standard normal number.
+
+    Parameters
+    ----------
+    count
+        Q, one of `SIZES`.
+    """
+    if count <= HERMITE:
+        nodes, weights = np.polynomial.hermite_e.hermegauss(count)
+    else:
+        nodes = np.linspace(-REACH, REACH, count)
+        weights = np.exp(-0.5 * nodes * nodes)
+    weights = weights / np.sum(weights)
+    nodes.flags.writeable = weights.flags.writeable = False
+    return nodes, weights
+
+
+@cache
+def fine_rule(count: int) -> tuple[Array, Array]:
+    """Return nodes and weights ``(4 Q,)`` at which a probability is told, equally spaced.
+
+    Parameters
+    ----------
+    count
+        Q, nodes of the expectation.
+    """
+    many = 1 if count == 1 else 4 * max(count, 25)
+    nodes = np.zeros(1) if many == 1 else np.linspace(-REACH, REACH, many)
+    weights = np.exp(-0.5 * nodes * nodes)
+    weights = weights / np.sum(weights)
+    nodes.flags.writeable = weights.flags.writeable = False
+    return nodes, weights
