@@ -22,6 +22,8 @@ from echobeam.plots.drawing import draw
 from ..unit.plot_dataset import build_result, build_unlabelled
 from ..unit.plot_figures import figure_of
 
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
+
 ALL = ("temporal", "pilot", "water-filling", "genie", "omni", "pilot-needle", "pilot-predict")
 LONG_NAMES = (
     "temporal:ripple=1",

@@ -20,6 +20,8 @@ from echobeam.commands import progress as bars
 from echobeam.commands.sweep import axes_of
 from echobeam.simulation import blocks
 
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
+
 LIGHT = ["water-filling", "omni"]
 SHELL = ["--scheme", "water-filling", "--scheme", "omni"]
 

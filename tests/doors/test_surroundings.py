@@ -15,6 +15,8 @@ import echobeam as eb
 
 from .test_cli import echobeam, refused
 
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
+
 LIGHT = ["--scheme", "omni", "--trials", 2]
 ODD = os.fsdecode(b"stra\xdfe")
 """A file name that was packed on a machine of another encoding."""

@@ -7,6 +7,8 @@ import xarray as xr
 from ..drives import INVALID, Row, as_csv, as_xml, drive, with_columns
 from .test_cli import echobeam, refused
 
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
+
 SETTINGS = ("frame.frames=40", "frame.slot=100 ms", "frame.slots_per_frame=2")
 
 

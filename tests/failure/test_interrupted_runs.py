@@ -25,6 +25,8 @@ from echobeam.store.inputs import input_digests
 from echobeam.store.recorded import Recording, record
 from echobeam.store.writing import StoreError
 
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
+
 COMMAND = [sys.executable, "-c", "from echobeam.cli.main import main; main()"]
 RUN = ["run", "paper-long", "--scheme", "water-filling", "--scheme", "omni", "--trials", "520"]
 

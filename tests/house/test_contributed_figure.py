@@ -8,9 +8,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import echobeam
 
 from .test_docs import ROOT, blocks
+
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
 
 
 def test_a_figure_of_ones_own_is_one_file_of_at_most_thirty_lines(tmp_path: Path) -> None:

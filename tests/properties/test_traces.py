@@ -9,6 +9,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -19,6 +20,8 @@ from echobeam.traces.service import serve
 from echobeam.traces.source import read_samples
 
 from .. import drives
+
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
 
 metres = st.floats(-1e6, 1e6)
 speeds = st.floats(0, 100)

@@ -12,6 +12,8 @@ import echobeam as eb
 from echobeam.beamforming.relaxation.model import build_model
 from echobeam.beamforming.relaxation.shape import best_shape
 
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
+
 STEP = np.radians(1.35)
 
 

@@ -15,6 +15,8 @@ from echobeam.plots.looks import MOST_LINES, parameter_look
 
 from .plot_figures import figure_of, named
 
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
+
 WORDS = {
     "nees": ("1", "normalised squared error of the posterior; 3 if honest"),
     "nis": ("1", "normalised squared innovation per component; 1 if honest"),

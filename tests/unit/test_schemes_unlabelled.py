@@ -20,6 +20,8 @@ from echobeam.simulation.world import begin
 from echobeam.testing.conformance import Bent, bent_world
 from echobeam.values import NOBODY, Mode, Status, Tracks
 
+pytestmark = pytest.mark.slow  # the quick selection stays under a minute
+
 ONE = [{"angle": 1.1, "velocity": 10.0}]
 THREE = [
     {"angle": 1.1, "velocity": 10.0},
