@@ -123,7 +123,7 @@ def _setting(scenario: Scenario) -> list[str]:
         f"{_degrees(cover.resolution)} degrees, rate floor {cover.min_rate:g} bit/s/Hz",
         "schemes": ", ".join(_scheme(name, scenario) for name in scenario.schemes),
     }
-    if radar.detections == "unlabelled":
+    if scenario.unlabelled:
         rows |= _unlabelled(scenario)
     return [_filled(f"{name:9}", words) for name, words in rows.items()]
 
@@ -219,7 +219,7 @@ def _echoes(objects: Sequence[ObjectBudget], scenario: Scenario) -> list[str]:
     }
     if scenario.radar.crb == "paper":
         columns["as (20) counts it"] = lambda row: _db(row[2].counted_snr)
-    if scenario.radar.detections == "unlabelled":
+    if scenario.unlabelled:
         columns["detected %"] = lambda row: f"{100.0 * row[2].detection:.3g}"
     return _table(columns, _phases(objects))
 

@@ -106,7 +106,7 @@ def text_report(
         *_ruled([["slot", *figures], *_rows(result, figures, scenario, 10.0**-exponent)]),
         "",
     ]
-    if scenario.radar.detections == "unlabelled":
+    if scenario.unlabelled:
         lines += _track_notes(figures)
     headline = improvement(result)
     if headline is not None:

@@ -77,7 +77,7 @@ def _table(dataset: xr.Dataset, label: str) -> pd.DataFrame:
     else:
         keys = []
         scenario = _checked_scenario(dataset, label)
-        unlabelled = scenario.radar.detections == "unlabelled"
+        unlabelled = scenario.unlabelled
         figures = summarise(dataset, scenario)
         rows = {
             (scheme, name): row
@@ -155,7 +155,7 @@ def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
     if missing:
         raise StoreError(f"{label}: not a result of echobeam: {', '.join(missing)} missing")
     axes = ["scheme", "trial", "slot", "object"]
-    axes += ["track"] if scenario.radar.detections == "unlabelled" else []
+    axes += ["track"] if scenario.unlabelled else []
     lost = [dim for dim in axes if dim not in result.dims]
     if lost:
         raise StoreError(

@@ -92,6 +92,11 @@ class LinearArray:
         """Number of components of a direction."""
         return 1
 
+    @property
+    def visible(self) -> tuple[float, float]:
+        """Range of u for angles from 0 to 180 degrees; upright, both sides are one."""
+        return (0.0, 1.0) if self.axis == "vertical" else (-1.0, 1.0)
+
     def frequency(self, theta: npt.ArrayLike) -> Array:
         """Return the direction as the array sees it: u in the phase 2 pi spacing m u of Eq. (4).
 

@@ -84,7 +84,7 @@ class DetectionLaw:
     @property
     def directions(self) -> tuple[float, float]:
         """Range of the spatial frequency u; a vertical array sees sin(theta), both sides as one."""
-        return (0.0, 1.0) if self.receiver.axis == "vertical" else (-1.0, 1.0)
+        return self.receiver.visible
 
     def probability(self, snr: Array) -> Array:
         """Return P_D ``(...)`` for the echo SNR of one receive antenna, Eqs. (14), (16)."""

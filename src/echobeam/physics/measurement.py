@@ -65,6 +65,17 @@ def measure(
     return np.stack(np.broadcast_arrays(angle, tau, mu), axis=-1)
 
 
+def measured_place(value: Array) -> Array:
+    """Return the states ``(..., 3)`` that measurements ``(..., 3)`` are of, with no velocity.
+
+    An angle that was not measured is taken to be 90 degrees, where an upright array measures none;
+    a single antenna's bounds do not depend on it.
+    """
+    angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
+    angle = np.where(np.isfinite(angle), angle, 0.5 * np.pi)
+    return np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
+
+
 def velocity_from_doppler(
     mu: npt.ArrayLike,
     theta: npt.ArrayLike,

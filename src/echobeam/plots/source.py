@@ -121,7 +121,7 @@ class Source:
     @property
     def unlabelled(self) -> bool:
         """Whether the detections of the run had no labels, so that it has tracks of their own."""
-        return self.scenario.radar.detections == "unlabelled"
+        return self.scenario.unlabelled
 
     @property
     def trials(self) -> int:

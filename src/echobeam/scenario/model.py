@@ -225,6 +225,11 @@ class Scenario(Table):
         return self.trace.max_objects if self.trace is not None else len(self.objects)
 
     @property
+    def unlabelled(self) -> bool:
+        """Whether detections are unlabelled: the UAV has tracks of its own, not a roster."""
+        return self.radar.detections == "unlabelled"
+
+    @property
     def truth_stds(self) -> tuple[float, float, float]:
         """Standard deviations of nature's process noise for each slot, rad, m, m/s."""
         own, believed = self.truth, self.filter

@@ -105,13 +105,9 @@ def configure(scenario: Scenario, asked: str | object) -> ConfiguredScheme:
 
 def _for(scenario: Scenario, scheme: Scheme) -> Scheme:
     """Return a scheme of parts as one that associates detections, where nobody labels them."""
-    if isinstance(scheme, SchemeOfParts) and _unlabelled(scenario):
+    if isinstance(scheme, SchemeOfParts) and scenario.unlabelled:
         return Unlabelled(scheme)
     return scheme
-
-
-def _unlabelled(scenario: Scenario) -> bool:
-    return scenario.radar.detections == "unlabelled"
 
 
 def _given(scenario: Scenario, asked: str) -> dict[str, object]:
@@ -231,7 +227,7 @@ def _with_parameters(
         if kind in values:
             scheme = replace(scheme, **{kind: find_part(kind, str(values[kind]))})  # type: ignore[type-var]
     own, parts = own_parameters(scheme), part_names(scheme)
-    keys = [key for key in table_keys(scheme, unlabelled=_unlabelled(scenario)) if key not in own]
+    keys = [key for key in table_keys(scheme, unlabelled=scenario.unlabelled) if key not in own]
     accepted = [*keys, *own, *parts]
     others = table_keys(scheme, unlabelled=True)
     faults = [_unknown(key, accepted, others) for key in values if key not in accepted]

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from echobeam.physics.measurement import measured_place
 from echobeam.physics.polar import POLAR
 from echobeam.schemes.base import View
 from echobeam.tracking.ground import polar_of
 from echobeam.tracking.road_grid import PositionGrid
-from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array, BoolArray, Tracks
 
 
@@ -51,10 +51,7 @@ def strength_of(tracks: Tracks, value: Array, stated: Array, view: View) -> Arra
     if not (view.system.law_known and view.system.detection.fluctuating):
         return None
     assert view.sent is not None
-    angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
-    angle = np.where(np.isfinite(angle), angle, 0.5 * np.pi)
-    here = np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
-    here = np.where(tracks.known[..., None], tracks.mean, here)
+    here = np.where(tracks.known[..., None], tracks.mean, measured_place(value))
     with np.errstate(all="ignore"):
         steady = view.system.law.variance(view.sent, here)
         ratio = steady[..., 1] / stated[..., 1]

@@ -15,6 +15,7 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.physics import transmission
+from echobeam.physics.measurement import measured_place
 from echobeam.physics.polar import POLAR
 from echobeam.schemes.base import Decision, View, no_tracks, reported
 from echobeam.schemes.parts import PartsBelief, SchemeOfParts, in_order
@@ -313,16 +314,10 @@ def _predicted_variance(detections: Detections, state: Array, view: View) -> Arr
     variance = _at(system.law.variance, view, state)[..., None, :]
     if not system.detection.fluctuating:
         return variance
-    plain = _at(system.law.variance, view, _places(detections))
+    plain = _at(system.law.variance, view, measured_place(detections.value))
     with np.errstate(invalid="ignore"):
         scale = np.where(detections.valid[..., None], detections.variance / plain, 1.0)
     return variance * scale[:, None, None]
-
-
-def _places(detections: Detections) -> Array:
-    """Return the states ``(T, D, S)`` that detections are at, without their velocity."""
-    angle, distance = detections.value[..., 0], 0.5 * SPEED_OF_LIGHT * detections.value[..., 1]
-    return np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
 
 
 def _believed(detections: Detections, view: View) -> BoolArray:
@@ -338,7 +333,9 @@ def _believed(detections: Detections, view: View) -> BoolArray:
     square += (0.5 * SPEED_OF_LIGHT * np.sin(angle)) ** 2 * variance[..., 1]
     ground = np.abs(error) <= GROUND_STDS * np.sqrt(square)
     believed: BoolArray = (
-        detections.valid & ground & (_probability(view, _places(detections)) >= LEAST_PROBABILITY)
+        detections.valid
+        & ground
+        & (_probability(view, measured_place(detections.value)) >= LEAST_PROBABILITY)
     )
     return believed
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.physics.array import LinearArray
-from echobeam.sensing.directions import PER_BEAM, steering, visible
+from echobeam.sensing.directions import PER_BEAM, steering
 from echobeam.sensing.refine import Receiver
 from echobeam.values import Array, ComplexArray
 
@@ -85,7 +85,7 @@ def capon_direction(
     known
         The receiver.
     """
-    low, high = visible(known.receiver)
+    low, high = known.receiver.visible
     width = 1.0 / (PER_BEAM * known.receiver.n * known.receiver.spacing)
     step = 2.0 * width / (_POINTS - 1)
     grid = near[:, None] + step * (np.arange(_POINTS) - _POINTS // 2)

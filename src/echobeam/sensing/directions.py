@@ -23,14 +23,9 @@ def rates(array: LinearArray) -> Array:
     return slopes
 
 
-def visible(array: LinearArray) -> tuple[float, float]:
-    """Return the range of u for angles between 0 and 180 degrees."""
-    return (0.0, 1.0) if array.axis == "vertical" else (-1.0, 1.0)
-
-
 def search_grid(transmitter: LinearArray, receiver: LinearArray) -> Array:
     """Return the directions ``(G,)`` of a search, denser than the beams of either array."""
-    low, high = visible(receiver)
+    low, high = receiver.visible
     elements = max(transmitter.n * transmitter.spacing, receiver.n * receiver.spacing)
     return np.linspace(low, high, int(np.ceil((high - low) * PER_BEAM * 2.0 * elements)) + 1)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from echobeam.physics.array import LinearArray
 from echobeam.physics.waveform import Waveform
-from echobeam.sensing.directions import rates, steering, visible
+from echobeam.sensing.directions import rates, steering
 from echobeam.values import Array, ComplexArray, IntArray
 
 ROUNDS = 8
@@ -196,6 +196,6 @@ def _direction_step(
     curvature = 2.0 * power / positive * (aperture + transmit)
     step = np.where(curvature > 0.0, slope / np.where(curvature > 0.0, curvature, 1.0), 0.0)
     most = _BOUND / (2.0 * max(known.receiver.n, known.transmitter.n))
-    low, high = visible(known.receiver)
+    low, high = known.receiver.visible
     moved: Array = np.clip(u + np.clip(step, -most, most), low, high)
     return moved

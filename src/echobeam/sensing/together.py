@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from echobeam.sensing.directions import visible
 from echobeam.sensing.information import derivatives
 from echobeam.sensing.refine import Point, Receiver, rebuilt, replica
 from echobeam.values import Array, BoolArray, ComplexArray
@@ -43,7 +42,7 @@ def refine_together(
         here = derivatives(_points(best, points, known), valid, known)
         step = _step(here.information(known.noise), here.gradient(residual, known.noise), damping)
         tried = best + step.reshape(best.shape)
-        tried[..., 0] = np.clip(tried[..., 0], *visible(known.receiver))
+        tried[..., 0] = np.clip(tried[..., 0], *known.receiver.visible)
         rest = signal - _sum(_points(tried, points, known), valid, known)
         energy = _energy(rest)
         better = energy < misfit

@@ -133,7 +133,7 @@ def _side(scenario: Scenario) -> list[Assumption]:
     if scenario.array.axis != "vertical":
         return []
     words = "a vertical array cannot tell theta from 180 degrees minus theta; "
-    unlabelled = scenario.radar.detections == "unlabelled"
+    unlabelled = scenario.unlabelled
     words += "a track stands for both sides" if unlabelled else "the side is known"
     return [Assumption("side of the UAV", words)]
 
@@ -141,7 +141,7 @@ def _side(scenario: Scenario) -> list[Assumption]:
 def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
     isolation = scale.transmit_power / scale.noise_power
     radar = scenario.radar
-    signal, unlabelled = radar.model == "signal", radar.detections == "unlabelled"
+    signal, unlabelled = radar.model == "signal", scenario.unlabelled
     cancelled = f"cancelled to the noise level, by {_db(isolation)} dB"
     if signal and radar.self_interference > 0.0:
         cancelled = f"cancelled to {_db(radar.self_interference)} dB above the noise"

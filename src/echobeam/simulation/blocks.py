@@ -90,7 +90,7 @@ def trial_axis(name: str) -> int | None:
 def cut(scenario: Scenario, trials: int) -> list[range]:
     """Return the blocks of a run as ranges of trials, of nearly equal length."""
     per_trial = scenario.n_slots * max(scenario.n_objects, 1) * (16 * scenario.array.n_tx + 400)
-    if scenario.radar.detections == "unlabelled":
+    if scenario.unlabelled:
         per_trial += scenario.n_slots * scenario.tracks.capacity * 48
     most = max(1, min(MOST_TRIALS, MOST_BYTES // per_trial))
     count = -(-trials // most)
@@ -113,7 +113,7 @@ def run_block(
         Called with the number of trial-slots done since the last call.
     """
     world = begin(scene, seed, trials)
-    unlabelled = scene.scenario.radar.detections == "unlabelled"
+    unlabelled = scene.scenario.unlabelled
     names = (*PER_SCHEME, *UNLABELLED) if unlabelled else PER_SCHEME
     with one_thread():  # the arrays are small, and processes share the cores
         runs = [_run_scheme(world, scheme, names, advance) for scheme in schemes]

@@ -108,7 +108,7 @@ def bound_terms(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
         "motion_square": motion_square(G, _process(scenario, truth.shape[1])),
     }
     tracked = np.isfinite(np.asarray(arrays["estimated"])[..., 0]).sum(axis=1).astype(float)
-    unlabelled = scenario.radar.detections == "unlabelled"
+    unlabelled = scenario.unlabelled
     return {
         "information": np.stack([measured_information(H, one) for one in variance]),
         **{name: np.stack([values] * schemes) for name, values in alike.items()},

@@ -8,12 +8,13 @@ receiver that processes the signal finds, misses and mistakes echoes by itself.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from echobeam.physics.detection import DetectionLaw
-from echobeam.physics.measurement import measure
+from echobeam.physics.measurement import measured_place
 from echobeam.schemes.base import Decision
 from echobeam.schemes.configure import detection_of
 from echobeam.sensing.directions import angle_of, mirrored
@@ -21,7 +22,6 @@ from echobeam.simulation.randomness import Use, object_normals, trial_normals
 from echobeam.simulation.sensor import fluctuation
 from echobeam.simulation.signal_sensor import detect_in_signal
 from echobeam.simulation.world import World
-from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import NOBODY, Array, BoolArray, Detections, IntArray, freeze
 
 RAREST = 1e-9
@@ -74,7 +74,7 @@ def _at_bound(world: World, decision: Decision, receives: BoolArray) -> tuple[De
     constant = replace(seen, fluctuating=False)
     probability = constant.probability(np.nan_to_num(snr, nan=0.0))
     luck = _uniform(object_normals(*draws, Use.DETECTION, world.identity, 1)[..., 0])
-    truth = _ideal(world)
+    truth = world.ideal()
     inside = (truth[..., 1] < seen.longest) & (np.abs(truth[..., 2]) < seen.widest)
     found = world.present & inside & (luck < probability) & receives[:, None]
     variance = law.variance(sent, state, snr)
@@ -86,7 +86,7 @@ def _at_bound(world: World, decision: Decision, receives: BoolArray) -> tuple[De
     false, more = _false(world, seen, receives)
     everything = np.concatenate([_folded(value, seen), false], axis=1)
     own_strength = np.broadcast_to(np.abs(amplitude) ** 2, shape[:2])
-    strength = _exceeding(seen, law.snr(sent, _place(false)), more[..., 0])
+    strength = _exceeding(seen, law.snr(sent, measured_place(false)), more[..., 0])
     strength = np.concatenate([own_strength, strength], axis=1)
     stated = _law_at(world, decision, everything, strength)
     if scenario.radar.variance == "known":
@@ -126,25 +126,12 @@ def _exceeding(law: DetectionLaw, snr: Array, luck: Array) -> Array:
 def _law_at(world: World, decision: Decision, value: Array, strength: Array) -> Array:
     """Return the law of the variance at measured places ``(T, D, 3)``; infinite where NaN."""
     law, sent = world.scene.law, decision.sent
-    place = _place(value)
+    place = measured_place(value)
     with np.errstate(all="ignore"):
         snr = law.snr(sent, place) * strength
         variance = law.variance(sent, place, snr)
     there = np.isfinite(value[..., 0]) & np.isfinite(variance).all(axis=-1)
     return np.where(there[..., None], variance, np.inf)
-
-
-def _place(value: Array) -> Array:
-    """Return the states ``(T, D, 3)`` of measurements, with no velocity."""
-    angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
-    return np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
-
-
-def _ideal(world: World) -> Array:
-    """Return the objects' measurements without noise, ``(T or 1, K, 3)``."""
-    angle, distance, velocity = np.moveaxis(world.state, -1, 0)
-    uav, carrier = world.uav, world.scene.scenario.radio.carrier
-    return measure(angle, distance, velocity, uav.speed, uav.heading, carrier)
 
 
 def _folded(value: Array, law: DetectionLaw) -> Array:
@@ -162,7 +149,7 @@ def _false(world: World, law: DetectionLaw, receives: BoolArray) -> tuple[Array,
     from scipy.stats import poisson
 
     mean = law.mean_false
-    most = int(poisson.isf(RAREST, mean)) if mean > 0.0 else 0
+    most = _most(mean)
     draws = trial_normals(world.seed, world.trials, world.slot, Use.FALSE_ALARM, (1 + 7 * most,))
     uniform = _uniform(draws[:, : 1 + 3 * most])
     count = poisson.ppf(uniform[:, 0], mean) if mean > 0.0 else np.zeros(len(draws))
@@ -179,6 +166,14 @@ def _false(world: World, law: DetectionLaw, receives: BoolArray) -> tuple[Array,
     there = (np.arange(most) < count[:, None]) & receives[:, None]
     more = draws[:, 1 + 3 * most :].reshape(len(draws), most, 4)
     return np.where(there[..., None], value, np.nan), more
+
+
+@cache
+def _most(mean: float) -> int:
+    """Return the columns that false detections of a mean number need, see `RAREST`."""
+    from scipy.stats import poisson
+
+    return int(poisson.isf(RAREST, mean)) if mean > 0.0 else 0
 
 
 def _uniform(normals: Array) -> Array:

@@ -128,13 +128,14 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
         belief = _ask(configured, "update", world, prior, detections, view)
         estimated = _tracks(configured, belief, "update", world)
         roster = _identities(world)
-        own = _track_record(world, estimated, estimated.id)
+        reports, about = estimated, estimated.id
         if score is not None:
             truth, identity, axis = world.state, world.identity, configured.system.array.axis
             predicted = about_objects(predicted, score, truth, identity, world.uav, axis)
             score = scored(estimated, truth, identity, score, axis)
-            own = _track_record(world, estimated, score.identity)
+            about = score.identity
             estimated = about_objects(estimated, score, truth, identity, world.uav, axis)
+        own = _track_record(world, reports, about)
         yield SlotRecord(
             slot=slot + 1,
             time=slot * world.scene.scenario.frame.slot,
@@ -170,13 +171,9 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
             world = world.advance()
 
 
-def _unlabelled(world: World) -> bool:
-    return world.scene.scenario.radar.detections == "unlabelled"
-
-
 def _by_label(world: World, configured: ConfiguredScheme) -> bool:
-    """Whether a scheme is told who is there; one that sees the truth always is."""
-    return configured.scheme.omniscient or not _unlabelled(world)
+    """Return whether a scheme is told who is there; one that sees the truth always is."""
+    return configured.scheme.omniscient or not world.scene.scenario.unlabelled
 
 
 def _identities(world: World) -> IntArray:
@@ -200,7 +197,7 @@ def _sense(
 
 def _track_record(world: World, tracks: Tracks, about: IntArray) -> dict[str, Any]:
     """Return what the record of an unlabelled run says of the tracks, nothing of a labelled one."""
-    if not _unlabelled(world):
+    if not world.scene.scenario.unlabelled:
         return {}
     known = tracks.known
     return {

@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
+from echobeam.physics.measurement import measured_place
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.sensing.directions import mirrored
 from echobeam.simulation.sensor import Echoes
-from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import (
     NOBODY,
     Array,
@@ -70,17 +70,10 @@ def receive(
 
 
 def expected_state(value: Array, prior: Tracks, label: IntArray) -> Array:
-    """Return where each object is thought to be, ``(T, K, S)``: predicted, else just measured.
-
-    An angle that was not measured is taken to be 90 degrees, where an upright array measures none;
-    a single antenna's bounds do not depend on it.
-    """
-    angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
-    angle = np.where(np.isfinite(angle), angle, 0.5 * np.pi)
-    state = np.stack([angle, distance, np.zeros_like(angle)], axis=-1)
+    """Return where each object is thought to be, ``(T, K, S)``: predicted, else just measured."""
     mean, known = by_identity(prior, label, prior.mean), by_identity(prior, label, prior.known)
     predicted: BoolArray = np.asarray(known == 1)
-    return np.where(predicted[..., None], mean, state)
+    return np.where(predicted[..., None], mean, measured_place(value))
 
 
 def by_identity(tracks: Tracks, label: IntArray, values: Array | BoolArray) -> Array:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.physics.measurement import measure
 from echobeam.schemes.base import Decision
 from echobeam.simulation.randomness import Use, object_normals
 from echobeam.simulation.signal_sensor import measure_signal
@@ -70,10 +69,7 @@ def sense(world: World, decision: Decision) -> Echoes:
         world.seed, world.trials, world.slot, Use.MEASUREMENT, world.identity, variance.shape[-1]
     )
     noise = np.sqrt(np.where(measured, variance, 0.0)) * luck
-    angle, distance, velocity = np.moveaxis(world.state, -1, 0)
-    uav = world.uav
-    ideal = measure(angle, distance, velocity, uav.speed, uav.heading, scenario.radio.carrier)
-    return Echoes(snr, np.where(measured, ideal + noise, np.nan), variance, strength)
+    return Echoes(snr, np.where(measured, world.ideal() + noise, np.nan), variance, strength)
 
 
 def fluctuation(world: World) -> ComplexArray:

@@ -59,7 +59,7 @@ Arrays = Mapping[str, npt.NDArray[np.generic]]
 
 def needed(scenario: Scenario) -> tuple[str, ...]:
     """Return the variables that the statistics of a scenario's result are made of."""
-    unlabelled = scenario.radar.detections == "unlabelled"
+    unlabelled = scenario.unlabelled
     return (*NEEDED, *NEEDED_OF_TRACKS, "beam", "sinr") if unlabelled else NEEDED
 
 
@@ -103,7 +103,7 @@ def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> S
     figures |= _sums("there", np.broadcast_to(present, rate.shape), last=True)
     centres = [coverage.centre for coverage in coverages]
     figures |= _errors(arrays) | _innovations(arrays, scenario) | _cover(arrays, centres)
-    if scenario.radar.detections == "unlabelled":
+    if scenario.unlabelled:
         figures |= track_statistics(arrays, scenario)
     return figures | bound_terms(arrays, scenario)
 

@@ -322,7 +322,7 @@ def improvement(
 def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None) -> SchemeSummary:
     sum_rate = part["sum_rate"]
     best = np.zeros(sum_rate.shape) if genie is None else genie
-    unlabelled = scenario.radar.detections == "unlabelled"
+    unlabelled = scenario.unlabelled
     of_tracks: dict[str, Any] = _tracks_per_slot(part) if unlabelled else {}
     frames = sum_rate.reshape(len(sum_rate), -1, scenario.frame.slots_per_frame).mean(axis=-1)
     rate_mean, rate_interval = mean_interval(sum_rate)

@@ -22,9 +22,6 @@ from echobeam.values import NOBODY, Array, BoolArray, IntArray, Mode, Status
 ORDER = 2.0
 """Order p of GOSPA and OSPA, which is the usual one; their cutoff c is that of the scores."""
 
-PER_TRIAL = "trial_"
-"""Prefix of sums over a trial, as of the other statistics."""
-
 NEEDED_OF_TRACKS = ("identity", "track_id", "track_status", "track_object", "track_state", "shared")
 """Arrays of unlabelled runs that these statistics are made of, besides those of all runs."""
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from echobeam.physics.geometry import polar_state
 from echobeam.physics.link import channel_loss, rate, sinr
+from echobeam.physics.measurement import measure
 from echobeam.schemes.base import Decision
 from echobeam.simulation.movers import Ground
 from echobeam.simulation.scene import Scene
@@ -94,6 +95,12 @@ class World:
         ratio = sinr(decision.sent, own, self.state[..., 0], loss, self.scene.law.transmitter)
         each = rate(ratio)
         return Link(ratio, each if taken_in_turns is None else each / taken_in_turns)
+
+    def ideal(self) -> Array:
+        """Return the objects' measurements without noise, ``(T or 1, K, 3)``, Eqs. (17)-(19)."""
+        angle, distance, velocity = np.moveaxis(self.state, -1, 0)
+        uav, carrier = self.uav, self.scene.scenario.radio.carrier
+        return measure(angle, distance, velocity, uav.speed, uav.heading, carrier)
 
     def advance(self) -> World:
         """Return nature one slot later."""

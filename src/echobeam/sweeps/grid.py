@@ -262,7 +262,7 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
         str,
         tuple[tuple[str, ...], np.ndarray[tuple[int, ...], np.dtype[np.float64]], dict[str, str]],
     ] = {}
-    unlabelled = any(p.scenario.radar.detections == "unlabelled" for p in study.points)
+    unlabelled = any(p.scenario.unlabelled for p in study.points)
     of_run, of_slots = scalars(unlabelled=unlabelled), per_slot(unlabelled=unlabelled)
     for name, (units, words) in (of_run | of_slots).items():
         has_slots = name in of_slots

@@ -12,7 +12,7 @@ from echobeam.values import Array, BoolArray, ComplexArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Received:
-    """What beams of unit total power give at the nodes.
+    """Figures of beams of unit total power at the nodes.
 
     Attributes
     ----------

@@ -31,7 +31,7 @@ REACH = 4.0
 """Standard deviations to either side that the trapezoidal rule covers: all but 6e-5."""
 
 MARGIN = 5.0
-"""What 2 pi / h exceeds omega by: an error of 4e-6."""
+"""Excess of 2 pi / h over omega: an error of 4e-6."""
 
 SIZES = (1, HERMITE, 11, 15, 21, 31, 43, 61, 87, 123, 175, 247, 349, 495, 699, 989)
 """Numbers of nodes; trials are brought together by it, so that none depends on its neighbours."""
