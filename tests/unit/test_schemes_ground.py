@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import echobeam as eb
 from echobeam.estimation.consistency import chi_square_band, nees
@@ -11,11 +12,13 @@ from echobeam.faults import InputError
 from echobeam.physics import transmission
 from echobeam.scenario import load_scenario
 from echobeam.schemes.configure import configure
-from echobeam.schemes.ground import GroundTracker, reported
+from echobeam.schemes.ground import GroundTracker
+from echobeam.schemes.ground_report import reported
 from echobeam.simulation.loop import run_slots
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import begin
 from echobeam.tracking.ground import polar_of
+from echobeam.tracking.road_shape import POINTS, REACH, gaussian_shape
 from echobeam.values import GaussianState, UavState
 
 GROUND = "water-filling:tracker=ground"
@@ -82,8 +85,8 @@ def errors(made, only=slice(None)):
 @pytest.mark.parametrize("place", HARD)
 def test_report_and_state_are_consistent_in_every_slot(place):
     """Heights drawn from the stated law: inside their 99.9 % bands, the altitude error included."""
-    made, beliefs = followed(GROUND, place, **DRAWN)
-    low, high = chi_square_band(3, 200, 0.999)
+    made, beliefs = followed(GROUND, place, trials=500, **DRAWN)
+    low, high = chi_square_band(3, 500, 0.999)
     true = [
         np.stack([one.position[:, 0, 0], one.truth[:, 0, 2], -one.position[:, 0, 2]], axis=-1)
         for one in made
@@ -196,6 +199,30 @@ def test_the_report_has_the_moments_of_draws():
     np.testing.assert_allclose((found.mean[0, 0] - seen.mean(axis=0)) / scale, 0.0, atol=6e-3)
     relative = (found.cov[0, 0] - np.cov(seen.T)) / np.outer(scale, scale)
     np.testing.assert_allclose(relative, 0.0, atol=1e-2)
+
+
+@pytest.mark.parametrize("one_side", [False, True])
+def test_the_report_of_two_sides_has_the_moments_of_draws(one_side):
+    """A normal over 40 m and one at its mirror image, with shares of 0.8 and 0.2."""
+    uav = UavState(np.array([3.0, 0.0, 90.0]), np.zeros(3))
+    rng = np.random.default_rng(3)
+    x = np.where(rng.random(400_000) < 0.8, 40.0, -40.0) + 4.0 * rng.standard_normal(400_000)
+    draws = np.stack([3.0 + x, *([[20.0], [0.7]] * rng.standard_normal((2, 400_000)))], axis=-1)
+    state = belief(draws.mean(axis=0), np.diag(draws.std(axis=0)))
+    shape = gaussian_shape((1, 1))
+    std = draws[:, 0].std()
+    u = np.linspace(-REACH, REACH, POINTS)
+    at = draws[:, 0].mean() + std * u - 3.0
+    density = 0.8 * norm.pdf(at, 40.0, 4.0) + 0.2 * norm.pdf(at, -40.0, 4.0)
+    shape.log_ratio[0, 0] = np.log(density * std / norm.pdf(u))
+    found = reported(state, uav, np.zeros((1, 1), dtype=np.int64), shape, one_side=one_side)
+    if one_side:
+        draws[:, 0] = 3.0 + np.abs(x)
+    seen = polar_of(draws, uav)
+    scale = seen.std(axis=0)
+    np.testing.assert_allclose((found.mean[0, 0] - seen.mean(axis=0)) / scale, 0.0, atol=2e-2)
+    relative = (found.cov[0, 0] - np.cov(seen.T)) / np.outer(scale, scale)
+    np.testing.assert_allclose(relative, 0.0, atol=3e-2)
 
 
 def test_a_place_above_the_uav_is_no_report():
