@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from echobeam.physics.planar import PlanarArray
-from echobeam.tracking import filter, plane, plane_start
+from echobeam.tracking import filter, ground_start, ground_update
 from echobeam.tracking.ground import GroundMeasurement, GroundMotion
 from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import GaussianState, UavState
@@ -98,11 +98,11 @@ def tracked(setting, truth, slots=10, seed=1, noise=True, velocity_std=0.5, alti
 
         if state is None:
             every = np.arange(len(truth))
-            made = plane_start.first_state(
+            made = ground_start.first_state(
                 value, true_variance, law(every), model, uav, (30.0, 30.0, altitude_std), 16
             )
         else:
-            made = plane.update(state, value, law, model, uav, aperture)
+            made = ground_update.update(state, value, law, model, uav, aperture)
         state = GaussianState(made.mean, made.cov, np.ones((len(truth), 1), dtype=bool))
         error = (state.mean - truth)[:, 0, :4]
         nees[slot] = (

@@ -5,8 +5,8 @@ import pytest
 
 from echobeam.estimation.consistency import chi_square_band
 from echobeam.tracking.ground import GroundMeasurement
-from echobeam.tracking.plane import points_needed, update
-from echobeam.tracking.plane_start import first_state, sought
+from echobeam.tracking.ground_start import first_state, sought
+from echobeam.tracking.ground_update import points_needed, update
 from echobeam.values import GaussianState, UavState
 
 from ..plane import Hovering, tracked
