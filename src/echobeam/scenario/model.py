@@ -16,6 +16,7 @@ from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.quantities import FrozenMapping, SchemeParameters, ripple_value
 from echobeam.scenario.tables import (
     DEFAULT_SCHEMES,
+    DIRECTIONAL,
     PARAMETERS,
     ArrayTable,
     Count,
@@ -98,6 +99,20 @@ class Scenario(Table):
                 f"truth.terrain: {self.truth.terrain:g} m is not accepted; expected below "
                 f"uav.height, {self.uav.height:g} m"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _check_headings(self) -> Scenario:
+        """Refuse an object at rest whose cross-section depends on its heading."""
+        if self.radar.target in DIRECTIONAL:
+            for number, item in enumerate(self.objects):
+                if item.velocity == 0.0:
+                    raise ValueError(
+                        f"objects.{number}.velocity: 0 m/s is no heading, on which the echo of "
+                        f"radar.target = {self.radar.target!r} depends; expected another velocity, "
+                        "or a target that is alike from all sides: constant, swerling1, "
+                        "3gpp-human, 3gpp-small-uav"
+                    )
         return self
 
     @model_validator(mode="after")

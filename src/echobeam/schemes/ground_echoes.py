@@ -53,7 +53,7 @@ def strength_of(tracks: Tracks, value: Array, stated: Array, view: View) -> Arra
     The receiver sees it; the variance of the delay is stated for it, at the prediction or, without
     one, at the measured place.
     """
-    if not (view.system.law_known and view.system.detection.fluctuating):
+    if not (view.system.law_known and not view.system.detection.fluctuation.steady):
         return None
     assert view.sent is not None
     here = np.where(tracks.known[..., None], tracks.mean, measured_place(value))

@@ -10,7 +10,9 @@ import numpy as np
 
 from echobeam.physics.array import LinearArray
 from echobeam.physics.measurement import closing_speed
+from echobeam.physics.targets import TARGETS
 from echobeam.scenario.model import Scenario
+from echobeam.scenario.tables import RadarTable
 from echobeam.simulation.grid import waveform_of
 from echobeam.simulation.link_budget import ObjectBudget, PowerScale, far_field
 from echobeam.simulation.world import World
@@ -176,7 +178,6 @@ def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
         clutter = Assumption(
             "no clutter", "all echoes come from objects, and each object is identified"
         )
-    fluctuates = radar.fluctuation == "swerling1"
     return [
         *_height(scenario),
         Assumption(
@@ -190,13 +191,23 @@ def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
         ),
         Assumption("line of sight", "one path to each object: no blockage, no multipath"),
         clutter,
-        Assumption(
-            "Swerling I" if fluctuates else "constant cross-section",
-            "targets are points; their echoes fluctuate from slot to slot"
-            if fluctuates
-            else "targets are points and do not fluctuate",
-        ),
+        _target(radar),
     ]
+
+
+def _target(radar: RadarTable) -> Assumption:
+    """Return what is assumed of the cross-section; the UAV knows the kind of its targets."""
+    if radar.target in TARGETS:
+        aspect = " with a pattern over the aspect" if TARGETS[radar.target].directional else ""
+        return Assumption(
+            "standard target",
+            f"targets are points{aspect}; their echoes fluctuate from slot to slot; the UAV knows "
+            f"that all are of the kind {radar.target}",
+        )
+    if "swerling1" in (radar.target, radar.fluctuation):
+        words = "targets are points; their echoes fluctuate from slot to slot"
+        return Assumption("Swerling I", words)
+    return Assumption("constant cross-section", "targets are points and do not fluctuate")
 
 
 def _far_field(scenario: Scenario, motion: Extremes) -> Assumption:
