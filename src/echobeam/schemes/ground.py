@@ -9,6 +9,7 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.faults import InputError
+from echobeam.physics.polar import POLAR_MEASUREMENT
 from echobeam.schemes.base import View
 from echobeam.schemes.ground_echoes import Echoes, law_on, strength_of
 from echobeam.schemes.ground_grid import grid_posterior, view_of
@@ -30,6 +31,12 @@ from echobeam.values import (
 
 VELOCITY_PRIOR = 30.0
 """Standard deviation of a new object's velocity, m/s, where ``filter.velocity_prior`` is 0."""
+
+WIDE = 5.0
+"""Standard deviation of the altitude error over the stated one, once it has been contradicted."""
+
+COMPONENTS = len(POLAR_MEASUREMENT)
+"""Components of a measurement."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -71,7 +78,7 @@ class GroundTracker:
     iterations
         Of the posterior linearisation.
     adaptive
-        Whether the innovation test widens covariances.
+        Whether a track that fails the innovation test begins anew, its height less well known.
     motion
         ``"cv"``, ``"ca"`` or ``"imm"``: constant velocity, constant acceleration, or both.
     """
@@ -108,7 +115,8 @@ class GroundTracker:
             known=np.zeros(shape, dtype=bool),
         )
         probability = motions.at_first(view.roster.shape)
-        return _believed(motions, nothing, probability, fading.no_surprise(shape), None, view)
+        surprise = fading.no_surprise(shape, COMPONENTS)
+        return _believed(motions, nothing, probability, surprise, None, view)
 
     def predict(self, belief: GroundBelief, view: View) -> GroundBelief:
         """Return the prediction of this slot; objects that left the roster are forgotten."""
@@ -136,7 +144,7 @@ class GroundTracker:
         echoes = Echoes(value, stated, strength_of(prior.tracks, value, stated, view))
         state, surprise, probability = prior.state, prior.surprise, prior.probability
         known = prior.tracks.known
-        tracked = known & measured.any(axis=-1)
+        tracked, anew = known & measured.any(axis=-1), np.zeros_like(known)
         shape = gaussian_shape(state.known.shape) if prior.shape is None else prior.shape
         if tracked.any():
             columns = motions.columns(tracked)
@@ -145,16 +153,18 @@ class GroundTracker:
             state, shape = made.state, shape.placed(columns, bent[columns])
             probability = motions.reweighted(probability, made.log_likelihood, tracked)
             if self.adaptive:
-                surprise = fading.remembered(surprise, made.nis, made.degrees)
-                factor, surprise = fading.widening(surprise, columns)
-                state = GaussianState(state.mean, state.cov * factor[..., None, None], state.known)
+                surprise = fading.remembered(surprise, made.nis, made.degrees, made.scores)
+                failing = motions.by_model(fading.failing(surprise, columns)).any(axis=-1)
+                anew = np.asarray(failing & measured[..., :2].all(axis=-1))
         new = ~known & measured[..., 1]
-        if new.any():
-            state, bent = self._started(motions, state, new, echoes, model, view)
-            shape = shape.placed(motions.columns(new), bent[motions.columns(new)])
-            probability = np.where(new[..., None], motions.at_first(new.shape), probability)
+        for some, widening in ((anew, WIDE), (new, 1.0)):
+            if some.any():
+                state, bent = self._started(motions, state, some, echoes, model, view, widening)
+                columns = motions.columns(some)
+                shape = shape.placed(columns, bent[columns])
+                probability = np.where(some[..., None], motions.at_first(some.shape), probability)
         bent_ones = shape if shape.bent.any() else None
-        surprise = _of(surprise, motions.columns(known))
+        surprise = _of(surprise, motions.columns(known & ~anew))
         return _believed(motions, state, probability, surprise, bent_ones, view)
 
     def _motions(self, view: View) -> Motions:
@@ -202,10 +212,16 @@ class GroundTracker:
         echoes: Echoes,
         model: GroundMeasurement,
         view: View,
+        widening: float,
     ) -> tuple[GaussianState, Shape]:
-        """Return the belief with a first state of the new objects, and their shape."""
+        """Return the belief with a first state of some objects, and their shape.
+
+        ``widening`` multiplies the standard deviation of the altitude error.
+        """
         trials = np.asarray(new.any(axis=-1))
-        mean, cov, bent = self._first(motions, echoes.of(trials), model, view_of(view, trials))
+        mean, cov, bent = self._first(
+            motions, echoes.of(trials), model, view_of(view, trials), widening
+        )
         all_mean, all_cov, known = state.mean.copy(), state.cov.copy(), state.known.copy()
         chosen = motions.columns(new[trials] & np.isfinite(mean).all(axis=-1))
         mean, cov = motions.entered(mean, cov)
@@ -216,12 +232,17 @@ class GroundTracker:
         return GaussianState(all_mean, all_cov, known), shape
 
     def _first(
-        self, motions: Motions, echoes: Echoes, model: GroundMeasurement, view: View
+        self,
+        motions: Motions,
+        echoes: Echoes,
+        model: GroundMeasurement,
+        view: View,
+        widening: float,
     ) -> tuple[Array, Array, Shape]:
         """Return the moments of the posterior of first measurements, and its shape."""
         system = view.system
         velocity = system.filter.velocity_prior or VELOCITY_PRIOR
-        stds = (velocity, *(0.0,) * motions.extra, system.altitude_std)
+        stds = (velocity, *(0.0,) * motions.extra, widening * system.altitude_std)
 
         def law(grid: PositionGrid) -> Array:
             known = system.law_known
@@ -262,5 +283,11 @@ def _of(surprise: fading.Surprise, known: BoolArray) -> fading.Surprise:
     """Return the memory of known objects, none of the others."""
     if known.all():
         return surprise
-    parts = (surprise.total, surprise.degrees, surprise.squared)
-    return fading.Surprise(*(np.where(known, each, 0.0) for each in parts))
+    none = fading.no_surprise(known.shape, COMPONENTS)
+    return fading.Surprise(
+        np.where(known, surprise.total, none.total),
+        np.where(known, surprise.degrees, none.degrees),
+        np.where(known, surprise.squared, none.squared),
+        np.where(known[..., None], surprise.drift, none.drift),
+        np.where(known[..., None], surprise.spread, none.spread),
+    )
