@@ -227,6 +227,7 @@ class GroundTracker:
         mean, cov = motions.entered(mean, cov)
         place = np.zeros_like(known)
         place[trials] = chosen
+        _recall_velocity(mean, cov, state.mean[trials], state.cov[trials])
         all_mean[place], all_cov[place], known[place] = mean[chosen], cov[chosen], True
         shape = gaussian_shape(known.shape).placed(trials, bent.for_each(motions.columns))
         return GaussianState(all_mean, all_cov, known), shape
@@ -277,6 +278,21 @@ def _believed(
             lives,
         )
     return GroundBelief(state, surprise, tracks, shape, probability)
+
+
+def _recall_velocity(mean: Array, cov: Array, past_mean: Array, past_cov: Array) -> None:
+    """Join first states with the velocity of tracks that begin anew, in place; NaN of new ones.
+
+    A height that was wrong has biased it as well, so its standard deviation is multiplied by
+    `WIDE`.
+    """
+    own, told = cov[..., 1, 1], WIDE**2 * past_cov[..., 1, 1]
+    with np.errstate(invalid="ignore"):
+        gain = np.where(np.isfinite(told), 1.0 / (own + told), 0.0)
+    column = cov[..., :, 1].copy()
+    off = np.where(gain > 0.0, past_mean[..., 1] - mean[..., 1], 0.0)
+    mean += column * (gain * off)[..., None]
+    cov -= column[..., :, None] * column[..., None, :] * gain[..., None, None]
 
 
 def _of(surprise: fading.Surprise, known: BoolArray) -> fading.Surprise:
