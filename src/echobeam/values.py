@@ -38,6 +38,12 @@ class Mode(IntEnum):
     MIXED = 3
 
 
+def with_beams(mode: npt.NDArray[np.integer]) -> BoolArray:
+    """Return whether beams are sent in slots of some modes ``(...)``, alone or among others."""
+    beams: BoolArray = (mode != Mode.OMNI) & (mode != Mode.PILOT)
+    return beams
+
+
 def freeze(*arrays: npt.NDArray[np.generic]) -> None:
     """Make arrays read-only: what is recorded stays as it was."""
     for array in arrays:

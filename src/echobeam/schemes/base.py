@@ -72,6 +72,8 @@ class System(Brief):
     altitude_std
         Standard deviation of the UAV's known height over the ground under an object, m: of
         altimeter and terrain together.
+    labelled
+        Whether somebody says whose a detection is, and who is there.
     """
 
     array: ArrayTable
@@ -85,6 +87,7 @@ class System(Brief):
     law_known: bool
     tracks: TracksTable
     altitude_std: float
+    labelled: bool = True
 
     @property
     def transmitter(self) -> LinearArray:
@@ -119,8 +122,11 @@ class View(Brief):
         Standard normals for a scheme that draws: ``view.normals(shape)`` returns
         ``(T, *shape)``, the same in every run of the seed and for every split of the work. A
         second call repeats the first; the view of an update has draws of its own.
-    sent
-        The transmission of this slot, when the scheme is asked to update; None before it decided.
+    last_look
+        ``(T,)``: the last slot before this one in which power went in all directions; 0 if none.
+    sent, mode
+        The transmission of this slot and its `Mode` ``(T,)``, when the scheme is asked to update;
+        None before it decided.
     truth
         True states as tracks; None for every scheme that does not declare itself omniscient.
     """
@@ -132,7 +138,9 @@ class View(Brief):
     roster: IntArray
     memory: Any
     normals: Callable[[tuple[int, ...]], Array]
+    last_look: IntArray
     sent: Transmission | None = None
+    mode: ModeArray | None = None
     truth: Tracks | None = None
 
     @property

@@ -12,7 +12,7 @@ from echobeam.beamforming.problem import ProblemBatch
 from echobeam.brief import Brief
 from echobeam.faults import InputError
 from echobeam.physics.link import channel_loss
-from echobeam.scenario.tables import CoverageTable
+from echobeam.scenario.tables import CoverageTable, RadioTable
 from echobeam.schemes.base import System, View
 from echobeam.schemes.matched import matched_beams
 from echobeam.values import Array, BoolArray, ComplexArray, Tracks
@@ -35,12 +35,30 @@ class Aim(Brief):
         standard deviation that (38f) covers; NaN if never.
     active
         ``(T,)``: the trials in which beams are sent.
+    share
+        ``(T,)``: part of the power that is taken from the beams and goes in all directions; None
+        for none.
     """
 
     prior: Tracks
     last: Tracks
     spread: Array
     active: BoolArray
+    share: Array | None = None
+
+    def loss(self, distance: Array, radio: RadioTable) -> Array:
+        """Return the noise over path gain ``(T, C)`` that beams of the whole power are made for.
+
+        It is `channel_loss`, and with a share s of the power in all directions (loss + s P_T) /
+        (1 - s): beams that are scaled by 1 - s afterwards then have the SINR that they were made
+        for, exactly.
+        """
+        loss = channel_loss(distance, radio.noise, radio.alpha0)
+        if self.share is None or not self.share.any():
+            return loss
+        share = self.share[:, None]
+        spread: Array = (loss + share * radio.power) / (1.0 - share)
+        return spread
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -84,7 +102,7 @@ def halfwidth(prior: Tracks, spread: Array, system: System) -> Array:
 
 def problems_at(
     angle: Array,
-    distance: Array,
+    loss: Array,
     covered: Array,
     active: BoolArray,
     system: System,
@@ -94,15 +112,14 @@ def problems_at(
 ) -> ProblemBatch:
     """Return problem (38) for a block of trials, ``(T, C)`` objects each."""
     n_objects = angle.shape[-1]
-    radio = system.radio
     return ProblemBatch(
         angles=angle,
-        loss=channel_loss(distance, radio.noise, radio.alpha0),
+        loss=loss,
         coverage_halfwidths=covered,
         active=active,
         ripple=np.full(n_objects, system.ripple),
         min_rate=np.full(n_objects, min_rate),
-        power=radio.power,
+        power=system.radio.power,
         array=system.transmitter,
         resolution=system.coverage.resolution,
         warm_start=warm_start,
@@ -143,7 +160,7 @@ class CoverBeamer:
         warm = view.memory if directional % self.cold_every else None
         return problems_at(
             angle,
-            tracks.mean[..., 1],
+            aim.loss(tracks.mean[..., 1], view.system.radio),
             covered,
             active,
             view.system,
@@ -173,7 +190,8 @@ class MatchedBeamer:
         """Return the matched beams."""
         tracks = getattr(aim, self.aim)
         active = tracks.known & aim.active[:, None]
-        beams = matched_beams(tracks.mean[..., 0], tracks.mean[..., 1], active, view.system)
+        loss = aim.loss(tracks.mean[..., 1], view.system.radio)
+        beams = matched_beams(tracks.mean[..., 0], loss, active, view.system)
         return Beams(
             beams,
             np.full(active.shape, np.nan),

@@ -9,6 +9,7 @@ import numpy as np
 
 from echobeam.beamforming.design import design_batch
 from echobeam.physics import transmission
+from echobeam.physics.link import channel_loss
 from echobeam.schemes.base import Decision, View, no_tracks
 from echobeam.schemes.beamers import problems_at
 from echobeam.values import Detections, Mode, Tracks
@@ -23,11 +24,18 @@ class TrueTracks:
 
 @dataclass(frozen=True, slots=True)
 class Genie:
-    """Maximum sum rate at the true channel: no omnidirectional slot, no coverage, no floors."""
+    """Maximum sum rate at the true channel: no omnidirectional slot, no coverage.
+
+    Attributes
+    ----------
+    floors
+        Whether it meets the rate floors (38e), as a scheme has to that heeds them.
+    """
 
     parameters: ClassVar[tuple[str, ...]] = ()
 
     name: str = "genie"
+    floors: bool = False
 
     @property
     def omniscient(self) -> bool:
@@ -45,14 +53,14 @@ class Genie:
 
     def transmit(self, prior: TrueTracks, view: View) -> Decision:
         """Return the beams of largest sum rate, Eq. (38a) under (38b) alone."""
-        tracks = prior.tracks
+        tracks, radio = prior.tracks, view.system.radio
         problems = problems_at(
             tracks.mean[..., 0],
-            tracks.mean[..., 1],
+            channel_loss(tracks.mean[..., 1], radio.noise, radio.alpha0),
             np.zeros(tracks.known.shape),
             tracks.known,
             view.system,
-            min_rate=0.0,
+            min_rate=view.system.coverage.min_rate if self.floors else 0.0,
         )
         answer = design_batch(problems)
         return Decision(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.physics.link import channel_loss
 from echobeam.schemes.base import System
 from echobeam.values import Array, BoolArray, ComplexArray
 
@@ -36,16 +35,17 @@ def water_filling(floor: Array, active: BoolArray, power: float) -> Array:
     return np.where(active, np.maximum(surface - np.where(active, heights, 0.0), 0.0), 0.0)
 
 
-def matched_beams(angle: Array, distance: Array, active: BoolArray, system: System) -> ComplexArray:
+def matched_beams(angle: Array, loss: Array, active: BoolArray, system: System) -> ComplexArray:
     """Return ``(..., K, N)`` beams w_k = sqrt(p_k / N) a(theta_k), interference ignored.
 
     Parameters
     ----------
-    angle, distance
-        ``(..., K)`` rad, m: where the objects are believed to be; ignored where not active.
+    angle
+        ``(..., K)`` rad: where the objects are believed to be; ignored where not active.
+    loss
+        ``(..., K)``: noise over path gain, see `echobeam.physics.link.channel_loss`.
     """
-    array, radio = system.transmitter, system.radio
-    loss = channel_loss(np.where(active, distance, 1.0), radio.noise, radio.alpha0)
-    power = water_filling(loss / array.n, active, radio.power)
+    array = system.transmitter
+    power = water_filling(np.where(active, loss, 1.0) / array.n, active, system.radio.power)
     steering = array.steering(np.where(active, angle, 0.0))
     return np.sqrt(power / array.n)[..., None] * steering

@@ -9,7 +9,6 @@ import numpy as np
 
 from echobeam.beamforming.expected.beliefs import BeliefBatch, check_least_snr, check_outage
 from echobeam.beamforming.expected.design import design_expected
-from echobeam.physics.link import channel_loss
 from echobeam.schemes.base import View
 from echobeam.schemes.beamers import Aim, Beams, Target
 from echobeam.values import Array, Tracks
@@ -53,16 +52,15 @@ class PosteriorBeamer:
         """Return the beliefs of a slot, started from the last slot's beams."""
         tracks, system = getattr(aim, self.aim), view.system
         active = tracks.known & aim.active[:, None]
-        radio = system.radio
         deviation, stretch = belief_of(tracks)
         return BeliefBatch(
             angles=tracks.mean[..., 0],
             deviation=deviation,
-            loss=channel_loss(tracks.mean[..., 1], radio.noise, radio.alpha0),
+            loss=aim.loss(tracks.mean[..., 1], system.radio),
             stretch=stretch,
             active=active,
             min_rate=np.full(active.shape[-1], system.coverage.min_rate),
-            power=radio.power,
+            power=system.radio.power,
             array=system.transmitter,
             outage=self.outage,
             least_snr=self.least_snr,

@@ -40,6 +40,7 @@ from echobeam.values import (
     Status,
     Tracks,
     Transmission,
+    with_beams,
 )
 
 LIT = 0.5
@@ -155,7 +156,7 @@ class Unlabelled:
         radio, n_tx = view.system.radio, view.system.array.n_tx
         probing = transmission.omni(nobody, radio.power, n_tx)
         sent = transmission.choose(searching, probing, decision.sent)
-        beams = (mode == Mode.DIRECTIONAL)[:, None]
+        beams = with_beams(mode)[:, None]
         # There is no beam to share in an omnidirectional slot: every track has a stream.
         apart = (mode == Mode.OMNI) & sharing.follows.any(axis=-1)
         if apart.any():
@@ -175,7 +176,8 @@ class Unlabelled:
     ) -> UnlabelledBelief:
         """Return the posterior: tracks updated, confirmed and ended, and new ones."""
         bank, among, system = prior.bank, _among(prior.bank, view), view.system
-        mode = self._mode(prior, self.scheme.frame.mode(prior.tracks, among))
+        mode = view.mode
+        assert mode is not None
         receives = self._receives(mode, among)
         seen = _probability(view, bank.state.mean) * receives[:, None, None]
         model = PolarMeasurement(system.radio.carrier)
@@ -217,7 +219,7 @@ class Unlabelled:
         """Return the mode of each trial: one without tracks looks for objects."""
         alone = (prior.bank.id == NOBODY).all(axis=-1)
         looks = getattr(self.scheme.frame, "looks", Mode.OMNI)
-        return np.where(alone & (decided == Mode.DIRECTIONAL), looks, decided).astype(np.int8)
+        return np.where(alone & with_beams(decided), looks, decided).astype(np.int8)
 
     def _receives(self, mode: ModeArray, view: View) -> BoolArray:
         """Return ``(T,)``: whether the frame has the radar on in the slot.

@@ -23,7 +23,7 @@ from echobeam.schemes.configure import system_for
 from echobeam.simulation.bound import bound_terms
 from echobeam.simulation.track_statistics import NEEDED_OF_TRACKS, track_statistics
 from echobeam.tracking.measurement import measurement_jacobian, predict_measurement
-from echobeam.values import Array, BoolArray, Mode
+from echobeam.values import Array, BoolArray, with_beams
 
 Statistics = dict[str, Array]
 
@@ -198,7 +198,7 @@ def _coverage(scenario: Scenario, name: str) -> CoverageTable:
 
 def _directional(arrays: Arrays) -> BoolArray:
     """Return ``(scheme, trial, slot, 1)``: whether beams are sent."""
-    directional: BoolArray = np.asarray(arrays["mode"] == Mode.DIRECTIONAL)[..., None]
+    directional: BoolArray = with_beams(np.asarray(arrays["mode"]))[..., None]
     return directional
 
 

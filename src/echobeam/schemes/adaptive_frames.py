@@ -1,0 +1,153 @@
+"""Frames without a clock: each trial looks around when that pays, by what it believes.
+
+A look is a slot with power in all directions. It pays for two reasons. Somebody is known to be
+there and not where: an object of the roster without a track, a track that has no detection, or one
+whose angle is known to several beam widths only, so that its own beam tells little. Or somebody
+may have come whom nobody announces: objects arrive at a rate lambda, so a time T after the last
+look lambda T of them are expected, each missing its share of the rate. With n objects served, a
+look that costs the part c of a slot's rate, and looks every T, the loss per time is
+c DT / T + lambda T / (2 n) of the rate, which is least for
+
+    T = sqrt(2 n c DT / lambda).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from echobeam.faults import InputError
+from echobeam.schemes.base import View
+from echobeam.values import NOBODY, Array, BoolArray, Mode, ModeArray, Status, Tracks
+
+ARRIVALS = 3.0
+"""Objects that are expected to arrive, 1/s, where nobody announces them: one every 300 ms."""
+
+LOST = 3.0
+"""Standard deviations of the angle, in half-power widths of a beam, from which a track is lost."""
+
+PATIENCE = 5
+"""Slots between two looks for one that is lost: its own beam, made wide, is tried before."""
+
+
+@dataclass(frozen=True, slots=True)
+class AdaptiveFrame:
+    """Omnidirectional slots when they pay, beams in all others.
+
+    In an omnidirectional slot all echoes are processed, in the others those of known objects.
+
+    Attributes
+    ----------
+    arrival_rate
+        lambda, 1/s: new objects that are expected; 0 for none. With labels the roster announces
+        them.
+    lost
+        Standard deviation of an angle, in half-power widths, from which a track is lost.
+    patience
+        Slots between two looks for a lost track.
+    """
+
+    arrival_rate: float = ARRIVALS
+    lost: float = LOST
+    patience: int = PATIENCE
+
+    def __post_init__(self) -> None:
+        _check(self.arrival_rate, self.lost, self.patience)
+
+    def mode(self, tracks: Tracks, view: View) -> ModeArray:
+        """Return "omni" in the trials in which a look pays, else "directional"."""
+        searched = _missing(tracks, view, self.lost, self.patience)
+        due = searched | _scheduled(tracks, view, self.arrival_rate, 1.0)
+        return np.where(due, Mode.OMNI, Mode.DIRECTIONAL).astype(np.int8)
+
+    def sensed(self, tracks: Tracks, mode: ModeArray, view: View) -> BoolArray:
+        """Return all objects in a look, the known ones in the other slots."""
+        return _sensed(tracks, mode)
+
+
+@dataclass(frozen=True, slots=True)
+class ProbingFrame:
+    """Beams always, and with them a share of the power in all directions when a look pays.
+
+    Nothing but the share is lost, and the rate does not dip. For an object that is missing, and
+    before anybody is known, the slot is omnidirectional: no power is too much then.
+
+    Attributes
+    ----------
+    share
+        Part of the power that goes in all directions in a look for new objects.
+    arrival_rate, lost, patience
+        As in `AdaptiveFrame`.
+    """
+
+    share: float = 0.3
+    arrival_rate: float = ARRIVALS
+    lost: float = LOST
+    patience: int = PATIENCE
+
+    def __post_init__(self) -> None:
+        _check(self.arrival_rate, self.lost, self.patience)
+        if not 0.0 < self.share < 1.0:
+            raise InputError(
+                f"share: {self.share!r} is not accepted; expected a number between 0 and 1"
+            )
+
+    def mode(self, tracks: Tracks, view: View) -> ModeArray:
+        """Return "mixed" where a look for new objects pays, "omni" where one is missing."""
+        searched = _missing(tracks, view, self.lost, self.patience)
+        due = _scheduled(tracks, view, self.arrival_rate, self.share)
+        mode = np.where(due, Mode.MIXED, Mode.DIRECTIONAL)
+        return np.where(searched, Mode.OMNI, mode).astype(np.int8)
+
+    def sensed(self, tracks: Tracks, mode: ModeArray, view: View) -> BoolArray:
+        """Return all objects in a look, the known ones in the other slots."""
+        return _sensed(tracks, mode)
+
+
+def _check(arrival_rate: float, lost: float, patience: int) -> None:
+    """Refuse what makes no frame."""
+    if not 0.0 <= arrival_rate < np.inf:
+        raise InputError(
+            f"arrival_rate: {arrival_rate!r} is not accepted; expected a number >= 0, in 1/s"
+        )
+    if not lost > 0.0:
+        raise InputError(f"lost: {lost!r} is not accepted; expected a number > 0")
+    if patience < 1:
+        raise InputError(f"patience: {patience} is not accepted; expected 1 or more")
+
+
+def _missing(tracks: Tracks, view: View, lost: float, patience: int) -> BoolArray:
+    """Return ``(T,)``: whether somebody is there, and not known where."""
+    since = view.slot - view.last_look
+    unknown = (tracks.id != NOBODY) & ~tracks.known
+    # An object that was announced in the slot of the last look was not searched in it yet.
+    never = view.last_look == 0
+    new: BoolArray = (unknown.any(axis=-1) | ~tracks.known.any(axis=-1)) & (since > 1)
+    wide = tracks.known & (_widths(tracks, view) > lost)
+    coasting = tracks.status == Status.COASTING
+    old = (wide | coasting).any(axis=-1) & (since >= patience)
+    return np.asarray(never | new | old)
+
+
+def _widths(tracks: Tracks, view: View) -> Array:
+    """Return the standard deviation of each angle in half-power widths of a beam, ``(T, C)``."""
+    angle = np.where(tracks.known, tracks.mean[..., 0], 0.0)
+    variance = np.where(tracks.known, tracks.cov[..., 0, 0], 0.0)
+    width = view.system.transmitter.half_power_width(angle)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)) / width)
+
+
+def _scheduled(tracks: Tracks, view: View, rate: float, cost: float) -> BoolArray:
+    """Return ``(T,)``: whether a look for objects that nobody announces is due."""
+    since = view.slot - view.last_look
+    if view.system.labelled or rate == 0.0:
+        return np.zeros(since.shape, dtype=bool)
+    served = np.maximum(tracks.known.sum(axis=-1), 1)
+    period = np.sqrt(2.0 * served * cost / (rate * view.system.slot_duration))
+    return np.asarray(since >= period)
+
+
+def _sensed(tracks: Tracks, mode: ModeArray) -> BoolArray:
+    looks = (mode != Mode.DIRECTIONAL)[:, None]
+    return np.asarray((looks | tracks.known) & (tracks.id != NOBODY))
