@@ -212,8 +212,8 @@ class Source:
         variants = [name for name in self.names if split(name)[0] == "temporal"]
         variants.sort(key=lambda name: name != "temporal")
         self.check("mode")
-        beams = with_beams(self.result["mode"].transpose("scheme", ...).values).any(axis=(1, 2))
-        others = (name for name, some in zip(self.names, beams, strict=True) if some)
+        beams = with_beams(self.result["mode"].transpose("scheme", ...).values)
+        others = (name for name, some in zip(self.names, beams, strict=True) if some.any())
         return next(iter(variants), next(others, self.names[0]))
 
     def one_trial(self, *variables: str) -> xr.Dataset:

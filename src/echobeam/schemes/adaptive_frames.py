@@ -19,10 +19,10 @@ import numpy as np
 
 from echobeam.faults import InputError
 from echobeam.schemes.base import View
-from echobeam.values import NOBODY, Array, BoolArray, Mode, ModeArray, Status, Tracks
+from echobeam.values import NOBODY, Array, BoolArray, Mode, ModeArray, Tracks
 
-ARRIVALS = 3.0
-"""Objects that are expected to arrive, 1/s, where nobody announces them: one every 300 ms."""
+ARRIVALS = 2.0
+"""Objects that are expected to arrive, 1/s, where nobody announces them: one every half second."""
 
 LOST = 3.0
 """Standard deviations of the angle, in half-power widths of a beam, from which a track is lost."""
@@ -81,7 +81,7 @@ class ProbingFrame:
         As in `AdaptiveFrame`.
     """
 
-    share: float = 0.3
+    share: float = 0.2
     arrival_rate: float = ARRIVALS
     lost: float = LOST
     patience: int = PATIENCE
@@ -125,8 +125,7 @@ def _missing(tracks: Tracks, view: View, lost: float, patience: int) -> BoolArra
     never = view.last_look == 0
     new: BoolArray = (unknown.any(axis=-1) | ~tracks.known.any(axis=-1)) & (since > 1)
     wide = tracks.known & (_widths(tracks, view) > lost)
-    coasting = tracks.status == Status.COASTING
-    old = (wide | coasting).any(axis=-1) & (since >= patience)
+    old = wide.any(axis=-1) & (since >= patience)
     return np.asarray(never | new | old)
 
 

@@ -7,7 +7,7 @@ and a posterior. The beliefs are of its own type; all that others ask of one is 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -122,13 +122,14 @@ class View(Brief):
         Standard normals for a scheme that draws: ``view.normals(shape)`` returns
         ``(T, *shape)``, the same in every run of the seed and for every split of the work. A
         second call repeats the first; the view of an update has draws of its own.
-    last_look
-        ``(T,)``: the last slot before this one in which power went in all directions; 0 if none.
-    sent, mode
-        The transmission of this slot and its `Mode` ``(T,)``, when the scheme is asked to update;
-        None before it decided.
+    sent
+        The transmission of this slot, when the scheme is asked to update; None before it decided.
     truth
         True states as tracks; None for every scheme that does not declare itself omniscient.
+    mode
+        ``(T,)`` `Mode` of this slot, when the scheme is asked to update.
+    last_look
+        ``(T,)``: the last slot before this one in which power went in all directions; 0 if none.
     """
 
     slot: int
@@ -138,10 +139,10 @@ class View(Brief):
     roster: IntArray
     memory: Any
     normals: Callable[[tuple[int, ...]], Array]
-    last_look: IntArray
     sent: Transmission | None = None
-    mode: ModeArray | None = None
     truth: Tracks | None = None
+    mode: ModeArray | None = None
+    last_look: IntArray = field(default_factory=lambda: np.zeros(1, dtype=np.int64))
 
     @property
     def n_trials(self) -> int:
