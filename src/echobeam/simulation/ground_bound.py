@@ -66,8 +66,8 @@ def ground_bound(result: xr.Dataset, scenario: Scenario, scheme: str) -> Array:
     ]
     model = GroundMeasurement(scenario.radio.carrier)
     H = np.stack([model.jacobian(one, uav) for one, uav in zip(truth, at, strict=True)])
-    variance = result["true_var"].sel(scheme=scheme)
-    variance = variance.transpose("trial", "slot", "object", "measurement").values
+    drawn = result["true_var"].sel(scheme=scheme)
+    variance = drawn.transpose("trial", "slot", "object", "measurement").values
     information = measured_information(H, variance) / len(variance)
     motion = GroundMotion(scenario.frame.slot, 0.0)
     F = np.stack([motion.jacobian(one, uav) for one, uav in zip(truth, at, strict=True)])[1:]
