@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from echobeam.physics.array import LinearArray
+from echobeam.physics.aspect import Reflector
 from echobeam.physics.bounds import Crb, effective_variance, measurement_variance
 from echobeam.physics.echo import echo_snr
 from echobeam.values import Array, Transmission
@@ -23,13 +24,16 @@ class VarianceLaw:
     transmitter, receiver
         The two arrays.
     rcs
-        epsilon, the complex radar cross-section.
+        epsilon, the complex radar cross-section; the mean one of a target with a pattern.
     gain, noise
         G_m and sigma^2.
     bandwidth, pulse_length
         kappa, Hz, and iota, s.
     crb
         ``"paper"`` or ``"exact"``, see `echobeam.physics.bounds`.
+    target
+        Pattern of the cross-section over the aspect, at a place of the geometry; None for a
+        constant one.
     """
 
     transmitter: LinearArray
@@ -40,6 +44,7 @@ class VarianceLaw:
     bandwidth: float
     pulse_length: float
     crb: Crb
+    target: Reflector | None = None
 
     def snr(self, sent: Transmission, state: Array, *, along: bool = False) -> Array:
         """Return the echo SNR ``(..., K)`` at states ``(..., K, 3)``, Eqs. (14), (16).
@@ -47,7 +52,7 @@ class VarianceLaw:
         With ``along`` it is computed for many states at once, which is faster for tens of them and
         the same but for rounding.
         """
-        return echo_snr(
+        snr = echo_snr(
             sent,
             state[..., 0],
             state[..., 1],
@@ -57,6 +62,7 @@ class VarianceLaw:
             noise=self.noise,
             along=along,
         )
+        return snr if self.target is None else snr * self.target.relative(state)
 
     def variance(self, sent: Transmission, state: Array, snr: Array | None = None) -> Array:
         """Return the variance ``(..., K, 3)``: rad^2, s^2, Hz^2; infinite without an echo.

@@ -16,6 +16,7 @@ from echobeam.scenario.dump import dump_scenario
 from echobeam.scenario.quantities import FrozenMapping, SchemeParameters, ripple_value
 from echobeam.scenario.tables import (
     DEFAULT_SCHEMES,
+    DIRECTIONAL,
     PARAMETERS,
     ArrayTable,
     Count,
@@ -88,6 +89,30 @@ class Scenario(Table):
         """Refuse two answers to what moves the objects."""
         if self.trace is not None and self.objects:
             raise ValueError("objects: not together with a trace; remove one of the two")
+        return self
+
+    @model_validator(mode="after")
+    def _check_terrain(self) -> Scenario:
+        """Refuse ground that is above the UAV."""
+        if self.truth.terrain >= self.uav.height:
+            raise ValueError(
+                f"truth.terrain: {self.truth.terrain:g} m is not accepted; expected below "
+                f"uav.height, {self.uav.height:g} m"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _check_headings(self) -> Scenario:
+        """Refuse an object at rest whose cross-section depends on its heading."""
+        if self.radar.target in DIRECTIONAL:
+            for number, item in enumerate(self.objects):
+                if item.velocity == 0.0:
+                    raise ValueError(
+                        f"objects.{number}.velocity: 0 m/s is no heading, on which the echo of "
+                        f"radar.target = {self.radar.target!r} depends; expected another velocity, "
+                        "or a target that is alike from all sides: constant, swerling1, "
+                        "3gpp-human, 3gpp-small-uav"
+                    )
         return self
 
     @model_validator(mode="after")
@@ -228,6 +253,11 @@ class Scenario(Table):
     def unlabelled(self) -> bool:
         """Whether detections are unlabelled: the UAV has tracks of its own, not a roster."""
         return self.radar.detections == "unlabelled"
+
+    @property
+    def calm(self) -> Scenario:
+        """The scenario without random numbers in the motion and in the height of the ground."""
+        return self.replace({"truth.process_noise": False, "truth.altitude_errors": False})
 
     @property
     def truth_stds(self) -> tuple[float, float, float]:

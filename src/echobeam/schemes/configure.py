@@ -17,7 +17,10 @@ from pydantic import BaseModel
 
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
+from echobeam.physics.aspect import OnRoad
 from echobeam.physics.detection import DetectionLaw, detection_law
+from echobeam.physics.fluctuation import STEADY, Fluctuation, SwerlingOne
+from echobeam.physics.targets import TARGETS
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.checking import override_table, read_value
 from echobeam.scenario.dump import key_texts
@@ -165,8 +168,17 @@ def detection_of(scenario: Scenario) -> DetectionLaw:
         pulse_length=radar.pulse_length,
         carrier=scenario.radio.carrier,
         uav_speed=scenario.uav.speed,
-        fluctuating=radar.fluctuation == "swerling1",
+        fluctuation=fluctuation_of(scenario),
     )
+
+
+def fluctuation_of(scenario: Scenario) -> Fluctuation:
+    """Return the law of the strength of a scenario's echoes."""
+    radar = scenario.radar
+    if radar.target in TARGETS:
+        return TARGETS[radar.target].fluctuation
+    swerling = "swerling1" in (radar.target, radar.fluctuation)
+    return SwerlingOne() if swerling else STEADY
 
 
 def system_for(scenario: Scenario, name: str) -> System:
@@ -190,6 +202,7 @@ def system_for(scenario: Scenario, name: str) -> System:
 def variance_law(scenario: Scenario) -> VarianceLaw:
     """Return the law of the measurement variance for a scenario's equipment."""
     array, radar = scenario.array, scenario.radar
+    target = TARGETS.get(radar.target)
     return VarianceLaw(
         transmitter=LinearArray(array.n_tx, array.spacing, array.axis),
         receiver=LinearArray(array.receivers, array.spacing, array.axis),
@@ -199,6 +212,7 @@ def variance_law(scenario: Scenario) -> VarianceLaw:
         bandwidth=radar.bandwidth,
         pulse_length=radar.pulse_length,
         crb=radar.crb,
+        target=OnRoad(target) if target is not None and target.directional else None,
     )
 
 

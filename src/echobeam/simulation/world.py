@@ -10,6 +10,8 @@ from echobeam.physics.geometry import polar_state
 from echobeam.physics.link import channel_loss, rate, sinr
 from echobeam.physics.measurement import measure
 from echobeam.schemes.base import Decision
+from echobeam.simulation.elevation import elevated
+from echobeam.simulation.headings import headings
 from echobeam.simulation.movers import Ground
 from echobeam.simulation.scene import Scene
 from echobeam.values import (
@@ -48,6 +50,8 @@ class World:
         The objects in ground coordinates.
     state
         ``(T or 1, K, S)``: the objects as seen from the UAV; NaN where nobody is.
+    heading
+        ``(T or 1, K, 3)``: vector along each object's direction of travel, of any length.
     """
 
     scene: Scene
@@ -57,6 +61,7 @@ class World:
     uav: UavState
     ground: Ground
     state: Array
+    heading: Array
 
     @property
     def identity(self) -> IntArray:
@@ -68,6 +73,16 @@ class World:
         """``(K,)``: whether somebody is."""
         present: BoolArray = self.ground.identity != NOBODY
         return present
+
+    @property
+    def place(self) -> Array:
+        """``(T or 1, K, S)``: the states at which laws of the echo are evaluated.
+
+        Their velocity is the heading, which an object at rest has as well.
+        """
+        if self.scene.law.target is None:
+            return self.state
+        return polar_state(self.ground.position, self.heading, self.uav)
 
     def link(self, decision: Decision, addressee: IntArray) -> Link:
         """Return SINR and rate at the true channel, Eqs. (7), (8), (10).
@@ -105,7 +120,8 @@ class World:
     def advance(self) -> World:
         """Return nature one slot later."""
         ground = self.scene.mover.advance(self.ground, self.slot, self.uav, self.seed, self.trials)
-        return _seen(replace(self, slot=self.slot + 1, ground=ground))
+        heading = headings(ground, self.ground.identity, self.heading)
+        return _seen(replace(self, slot=self.slot + 1, ground=ground, heading=heading))
 
     def addressed(self, addressee: IntArray) -> BoolArray:
         """Return ``(T, K, C)``: whether a stream is for an object, by identities ``(T, C)``."""
@@ -117,13 +133,15 @@ def begin(scene: Scene, seed: int, trials: range) -> World:
     """Return nature in the first slot of some trials."""
     ground = scene.mover.begin()
     nothing = np.empty(0)
-    return _seen(World(scene, seed, trials, 0, scene.flight.at(0), ground, nothing))
+    heading = headings(ground, ground.identity, None)
+    return _seen(World(scene, seed, trials, 0, scene.flight.at(0), ground, nothing, heading))
 
 
 def _seen(world: World) -> World:
     """Return nature with the UAV in its slot and the objects as seen from there."""
     uav = world.scene.flight.at(world.slot)
-    state = polar_state(world.ground.position, world.ground.velocity, uav)
-    ground = world.ground
+    ground = elevated(world.ground, world.scene.scenario, world.seed, world.trials)
+    state = polar_state(ground.position, ground.velocity, uav)
     freeze(state, ground.position, ground.velocity, ground.identity, uav.position, uav.velocity)
-    return replace(world, uav=uav, state=state)
+    freeze(world.heading)
+    return replace(world, uav=uav, ground=ground, state=state)
