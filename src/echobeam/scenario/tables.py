@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -45,6 +45,9 @@ PARAMETERS = "scheme_parameters"
 """Field of a scenario that a file has as ``[schemes.NAME]``."""
 
 
+ANGLE, LENGTH, SPEED = ({"kind": kind} for kind in ("angle", "length", "speed"))
+"""Kinds of the quantities in keys that may be left out."""
+
 PLANAR_KEYS = (
     "rows",
     "columns",
@@ -57,8 +60,8 @@ LINEAR_KEYS = ("n_rx", "axis")
 """Keys that only one kind of array has."""
 
 
-def _refuse(table: str, given: Container[str], keys: Sequence[str], where: str) -> None:
-    """Refuse keys that have no meaning in a scenario.
+def _refuse(name: str, table: BaseModel, keys: Sequence[str], where: str) -> None:
+    """Refuse keys that have no meaning in a table, unless they have their default.
 
     Raises
     ------
@@ -66,8 +69,8 @@ def _refuse(table: str, given: Container[str], keys: Sequence[str], where: str) 
         Names the first of them.
     """
     for key in keys:
-        if key in given:
-            raise ValueError(f"{table}.{key}: not a key with {where}; leave it out")
+        if getattr(table, key) != type(table).model_fields[key].default:
+            raise ValueError(f"{name}.{key}: not a key with {where}; leave it out")
 
 
 class Table(BaseModel):
@@ -132,11 +135,10 @@ class ArrayTable(Table):
     @model_validator(mode="after")
     def _check_kind(self) -> Self:
         """Refuse keys of the other kind of array, and a planar array without a size."""
-        given = self.model_fields_set
         if self.kind == "linear":
-            _refuse("array", given, PLANAR_KEYS, 'array.kind = "linear"')
+            _refuse("array", self, PLANAR_KEYS, 'array.kind = "linear"')
             return self
-        _refuse("array", given, LINEAR_KEYS, 'array.kind = "planar"')
+        _refuse("array", self, LINEAR_KEYS, 'array.kind = "planar"')
         missing = [name for name in ("rows", "columns") if getattr(self, name) is None]
         if missing:
             raise ValueError(
@@ -246,9 +248,11 @@ class UavTable(Table):
     """Angle of the velocity above the horizontal; -90 degrees descends."""
     floor: Annotated[Length, Field(gt=0, validate_default=True)] = 1.0
     """Height at which a descending UAV levels off; at most the height that it starts at."""
-    position: tuple[Length, Length, Length] | None = None
+    position: Annotated[tuple[Length, Length, Length] | None, Field(json_schema_extra=LENGTH)] = (
+        None
+    )
     """Where it starts over the ground: x, y, z."""
-    velocity: tuple[Speed, Speed, Speed] | None = None
+    velocity: Annotated[tuple[Speed, Speed, Speed] | None, Field(json_schema_extra=SPEED)] = None
     """Constant velocity over the ground; it hovers if left out."""
     waypoints: Waypoints | None = None
     """Points t, x, y, z that it passes instead, straight from one to the next."""
@@ -285,9 +289,11 @@ class UavTable(Table):
 class ObjectTable(Table):
     """Motion of one object, along the road or on the ground."""
 
-    angle: Annotated[Angle, Field(gt=0, lt=math.pi)] | None = None
+    angle: Annotated[
+        Annotated[Angle, Field(gt=0, lt=math.pi)] | None, Field(json_schema_extra=ANGLE)
+    ] = None
     """Where it starts on the road, as seen from where the UAV starts."""
-    position: tuple[Length, Length] | None = None
+    position: Annotated[tuple[Length, Length] | None, Field(json_schema_extra=LENGTH)] = None
     """Where it starts on the ground: x, y."""
     velocity: Velocity = 0.0
     """Along the road, or a pair along x and y."""
