@@ -115,7 +115,7 @@ def test_shapes_for_a_larger_snr_share_the_power_at_the_snr_that_there_is():
 def test_no_step_lowers_the_objective(objects, snr):
     draw = np.random.default_rng(8)
     given = beliefs(6, objects, 12, 3.0, snr, seed=9)
-    size = int(nodes_needed(given.angles, given.deviation, given.array).max())
+    size = (int(nodes_needed(given.angles, given.deviation, given.array).max()),)
     places = places_at_nodes(given, given.active, size)
     shape = (6, objects, places.basis.shape[-1])
     begin = draw.standard_normal(shape) + 1j * draw.standard_normal(shape)
@@ -135,7 +135,7 @@ def test_the_answer_is_no_worse_than_any_start():
     draw = np.random.default_rng(10)
     warm = draw.standard_normal((5, 2, 16)) + 1j * draw.standard_normal((5, 2, 16))
     given = beliefs(5, 2, 16, 3.0, 10.0, seed=11, warm_start=warm)
-    size = int(nodes_needed(given.angles, given.deviation, given.array).max())
+    size = (int(nodes_needed(given.angles, given.deviation, given.array).max()),)
     value = design_expected(given).expected_rate * np.log(2.0)
     places = places_at_nodes(given, given.active, size)
     for beams in starting_beams(places, given, size):

@@ -8,6 +8,7 @@ object lies z + b below the UAV that believes to fly at z. Components are (x, v,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -39,8 +40,14 @@ PLANE = StateSpace(
 )
 """State of an object on a plane."""
 
-PLANE_MEASUREMENT = ("cosine_x", "cosine_y", "delay", "doppler")
-"""Measurement of a planar array that looks down: two direction cosines, delay, Doppler."""
+PLANE_MEASUREMENT = ("u", "v", "delay", "doppler")
+"""Measurement of a planar array: two direction cosines, delay, Doppler."""
+
+Direction = tuple[float, float, float]
+"""Unit vector in x, y and z (up)."""
+
+LOOKING_DOWN: tuple[Direction, Direction] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+"""Axes of an array that looks down: rows are counted along x, columns along y."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +105,9 @@ class GroundMotion:
 class GroundMeasurement:
     """Measurement of a state on the ground: direction, delay and Doppler.
 
-    The direction is the paper's depression angle on one road, Eqs. (17)-(19), and the cosines
-    towards x and y on a plane, which a planar array measures.
+    The direction is the paper's depression angle on one road, Eqs. (17)-(19). On a plane it is
+    that of a planar array: the cosines of the angles to the two axes along which it counts rows
+    and columns, u = e_u . (p - p_uav) / d and v = e_v . (p - p_uav) / d.
 
     Attributes
     ----------
@@ -107,15 +115,24 @@ class GroundMeasurement:
         f_c, Hz.
     axes
         Of the ground.
+    array
+        e_u and e_v, orthogonal; on a plane only. The array sees the side of -(e_u x e_v).
     """
 
     carrier: float
     axes: Axes = 1
+    array: tuple[Direction, Direction] = LOOKING_DOWN
 
     @property
     def names(self) -> tuple[str, ...]:
         """Components of the measurement."""
         return POLAR_MEASUREMENT if self.axes == 1 else PLANE_MEASUREMENT
+
+    @property
+    def facing(self) -> Direction:
+        """Direction in which the array looks, -(e_u x e_v)."""
+        x, y, z = (-float(part) for part in np.cross(*self.array))
+        return x, y, z
 
     def expected(self, state: Array, uav: UavState) -> Array:
         """Return h(e) of Eq. (24), ``(..., M)`` for states ``(..., S)``."""
@@ -123,7 +140,8 @@ class GroundMeasurement:
         if self.axes == 1:
             direction = [np.arctan2(depth, offset[0])]
         else:
-            direction = [part / distance for part in offset]
+            place = (*offset, depth)
+            direction = [_along(axis, place) / distance for axis in self._downward()]
         delay = 2.0 / SPEED_OF_LIGHT * distance
         doppler = 2.0 * self.carrier / SPEED_OF_LIGHT * speed
         return np.moveaxis(np.stack([*direction, delay, doppler]), 0, -1)
@@ -138,9 +156,10 @@ class GroundMeasurement:
         if axes == 1:
             H[0, 0], H[0, 2] = -sight[1] / distance, sight[0] / distance
         else:
-            for row in range(axes):
+            for row, towards in enumerate(self._downward()):
+                cosine = _along(towards, sight)
                 for i, column in enumerate(place):
-                    H[row, column] = ((row == i) - sight[row] * sight[i]) / distance
+                    H[row, column] = (towards[i] - cosine * sight[i]) / distance
         own = self._own_velocity(state, uav)
         per_speed = 2.0 * self.carrier / SPEED_OF_LIGHT
         for i, column in enumerate(place):
@@ -157,6 +176,11 @@ class GroundMeasurement:
             difference[..., 0] = wrap(difference[..., 0])
         return difference
 
+    def _downward(self) -> tuple[Direction, Direction]:
+        """Return the array's axes by x, y and depth."""
+        (ux, uy, uz), (vx, vy, vz) = self.array
+        return (ux, uy, -uz), (vx, vy, -vz)
+
     def _own_velocity(self, state: Array, uav: UavState) -> list[Array]:
         """Return the velocity of the UAV relative to the object, by x (and y) and depth."""
         along = [uav.velocity[axis] - state[..., self.axes + axis] for axis in range(self.axes)]
@@ -170,6 +194,11 @@ class GroundMeasurement:
         own = self._own_velocity(state, uav)
         approach = sum(v * part for v, part in zip(own, (*offset, depth), strict=True))
         return offset, depth, distance, approach / distance
+
+
+def _along(axis: Direction, place: Sequence[Array]) -> Array:
+    """Return the scalar product of an axis and a vector given by x, y and depth."""
+    return axis[0] * place[0] + axis[1] * place[1] + axis[2] * place[2]
 
 
 def polar_of(state: Array, uav: UavState) -> Array:

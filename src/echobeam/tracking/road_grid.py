@@ -17,6 +17,7 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.estimation import gaussian
+from echobeam.tracking.gaussian_sum import normalised
 from echobeam.tracking.models import MeasurementModel
 from echobeam.values import Array, BoolArray, GaussianState, UavState
 
@@ -195,7 +196,7 @@ def _weights(grid: PositionGrid, terms: Terms) -> Array:
     cov = gaussian.innovation_cov(grid.cov[..., None, :, :], H, noise)
     with np.errstate(all="ignore"):
         log = grid.log_prior + np.where(possible, gaussian.log_density(e, cov), -np.inf)
-    return _normalised(log, grid.log_prior)
+    return normalised(log, grid.log_prior)
 
 
 def _terms(
@@ -216,14 +217,3 @@ def _terms(
         np.where(measured, noise, np.inf),
         possible,
     )
-
-
-def _normalised(log: Array, otherwise: Array) -> Array:
-    """Return exp(log) over its sum; ``otherwise`` where nothing is possible."""
-    unknown = np.isnan(log).any(axis=-1, keepdims=True)
-    log = np.where(np.isneginf(log).all(axis=-1, keepdims=True), otherwise, log)
-    most = np.max(np.where(np.isnan(log), -np.inf, log), axis=-1, keepdims=True)
-    with np.errstate(invalid="ignore"):
-        weight = np.exp(log - most)
-    total = weight.sum(axis=-1, keepdims=True)
-    return np.where(unknown, np.nan, weight / total)

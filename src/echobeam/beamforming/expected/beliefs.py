@@ -8,7 +8,7 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.faults import InputError
-from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import AntennaArray
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 NEAREST = 0.1
@@ -28,12 +28,15 @@ class BeliefBatch(Brief):
     ----------
     angles, deviation
         ``(T, K)`` rad: mean and standard deviation of the angle; anything where not ``active``.
+        With a planar array ``(T, K, 2)`` direction cosines, and ``(T, K, 2, 2)``: the principal
+        axes of their covariance by row, each as long as its standard deviation.
     loss
         ``(T, K)``: noise over path gain at the mean distance, sigma_C^2 d^2 / alpha0^2.
     stretch
         ``(T, K)`` 1/rad: relative change of the mean distance with the angle,
-        cov(theta, d) / (var(theta) d). What is left of the distance's variance is neglected: it
-        changes no direction, and the loss only by its square relative to d^2.
+        cov(theta, d) / (var(theta) d); with a planar array ``(T, K, 2)``, C^-1 cov((u, v), d) / d
+        with C the covariance of the cosines. What is left of the distance's variance is neglected:
+        it changes no direction, and the loss only by its square relative to d^2.
     active
         ``(T, K)``: the objects that get a beam.
     min_rate
@@ -43,7 +46,7 @@ class BeliefBatch(Brief):
     power
         P_T.
     array
-        The transmit array.
+        The transmit array. Of two polarisations the first has all the power.
     least_snr
         SNR of a matched beam with all the power that shapes are designed for at least; zero for
         the objective as it is, see `echobeam.beamforming.expected.caution`.
@@ -63,7 +66,7 @@ class BeliefBatch(Brief):
     active: BoolArray
     min_rate: Array
     power: float
-    array: LinearArray
+    array: AntennaArray
     outage: float = 0.05
     least_snr: float = 0.0
     warm_start: ComplexArray | None = None
@@ -95,10 +98,13 @@ class BeliefBatch(Brief):
     def sound(self) -> BoolArray:
         """``(T, K)``: active objects whose numbers make a problem, not those of a lost track."""
         with np.errstate(invalid="ignore", over="ignore"):
-            ratio = self.loss / (self.power * self.array.n)
-            fits = (ratio >= LEAST) & (ratio <= MOST) & (self.deviation >= 0.0)
-            fits &= np.isfinite(self.angles) & np.isfinite(self.deviation)
-        good: BoolArray = self.active & fits & np.isfinite(self.stretch)
+            ratio = self.loss / (self.power * self.array.elements)
+            fits = (ratio >= LEAST) & (ratio <= MOST)
+            if self.array.axes == 1:
+                fits &= self.deviation >= 0.0
+        numbers = [self.angles, self.deviation, self.stretch]
+        finite = [np.isfinite(each).all(axis=tuple(range(2, each.ndim))) for each in numbers]
+        good: BoolArray = self.active & fits & np.all(finite, axis=0)
         return good
 
 

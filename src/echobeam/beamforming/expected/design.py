@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,11 +11,18 @@ from echobeam.beamforming.expected import starts
 from echobeam.beamforming.expected.ascent import ascend
 from echobeam.beamforming.expected.beliefs import BeliefBatch
 from echobeam.beamforming.expected.caution import cautious, shared_out
-from echobeam.beamforming.expected.floors import Floors, floor_nodes
+from echobeam.beamforming.expected.directions import (
+    Size,
+    chirp,
+    fine_nodes_of,
+    floor_nodes,
+    nodes_of,
+    sizes_needed,
+)
+from echobeam.beamforming.expected.floors import Floors
 from echobeam.beamforming.expected.keeping import keep_floors
 from echobeam.beamforming.expected.objective import normalised, received
 from echobeam.beamforming.expected.places import Places, places_at_nodes, places_of
-from echobeam.beamforming.expected.quadrature import fine_rule, nodes_needed, rule
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 PROBE = 3
@@ -77,12 +85,11 @@ def design_expected(beliefs: BeliefBatch) -> ExpectedAnswer:
     )
     for trial in np.flatnonzero(answer.fallback).tolist():
         answer.messages[trial] = "a belief is no number, or noise over gain is beyond 1e-24 to 1e24"
-    deviation = np.where(sound, beliefs.deviation, 0.0)
-    count = nodes_needed(np.where(sound, beliefs.angles, 0.0), deviation, beliefs.array)
-    count[~sound.any(axis=-1)] = 0
-    for size in np.unique(count[count > 0]).tolist():
-        which = np.flatnonzero(count == size)
-        many = max(TOGETHER // (size * sound.shape[1] * beliefs.array.n), 1)
+    count = sizes_needed(beliefs, sound)
+    served = sound.any(axis=-1)
+    for size in map(tuple, np.unique(count[served], axis=0).tolist()):
+        which = np.flatnonzero((count == size).all(axis=-1) & served)
+        many = max(TOGETHER // (math.prod(size) * sound.shape[1] * beliefs.array.elements), 1)
         for begin in range(0, which.size, many):
             part = which[begin : begin + many]
             taken = beliefs.taken(part)
@@ -96,7 +103,7 @@ def design_expected(beliefs: BeliefBatch) -> ExpectedAnswer:
 
 
 def _design_alike(
-    places: Places, beliefs: BeliefBatch, size: int, trials: IntArray, answer: ExpectedAnswer
+    places: Places, beliefs: BeliefBatch, size: Size, trials: IntArray, answer: ExpectedAnswer
 ) -> None:
     """Put the beams of some trials, of one number of nodes and coordinates, into the answer."""
     if beliefs.least_snr > 0.0:
@@ -109,16 +116,16 @@ def _design_alike(
         for trial, words in missed.items():
             answer.fallback[trials[trial]] = True
             answer.messages[int(trials[trial])] = words
-    answer.beams[trials] = places.beams(beams, beliefs.power)
+    answer.beams[trials, :, : beliefs.array.elements] = places.beams(beams, beliefs.power)
     answer.expected_rate[trials] = received(places, beams).value / np.log(2.0)
 
 
 def _with_floors(
-    places: Places, beliefs: BeliefBatch, size: int, beams: ComplexArray
+    places: Places, beliefs: BeliefBatch, size: Size, beams: ComplexArray
 ) -> tuple[ComplexArray, dict[int, str]]:
     """Return beams that meet the floors, as far as they were found, and words where they do not."""
     z = floor_nodes(beliefs.outage, size)
-    inner = places_of(beliefs, places.active, z, np.full(z.size, 1.0 / z.size), places.basis)
+    inner = places_of(beliefs, places.active, z, np.full(len(z), 1.0 / len(z)), places.basis)
     threshold = np.where(places.active, np.expm1(np.log(2.0) * beliefs.min_rate), 0.0)
     floors = Floors(inner, threshold)
     words: dict[int, str] = {}
@@ -132,7 +139,7 @@ def _with_floors(
                 "no beams were found that meet the rate floors with probability "
                 f"{1.0 - beliefs.outage:.6g}; these are for floors scaled by {kept.part[place]:.4g}"
             )
-    z, weight = fine_rule(size)
+    z, weight = fine_nodes_of(size)
     met = Floors(places_of(beliefs, places.active, z, weight, places.basis), threshold)
     chance = met.probability(beams)
     least = np.min(np.where(places.active, chance, 1.0), axis=-1, initial=1.0)
@@ -142,7 +149,7 @@ def _with_floors(
     return beams, words
 
 
-def _climbed(places: Places, beliefs: BeliefBatch, size: int) -> ComplexArray:
+def _climbed(places: Places, beliefs: BeliefBatch, size: Size) -> ComplexArray:
     """Return beams ``(T, K, r)``: the best that climbs from the starts lead to.
 
     All starts are climbed from for a few cycles, the best `FINALISTS` of different value to the
@@ -186,23 +193,17 @@ def _without_the_weakest(places: Places, beams: ComplexArray) -> ComplexArray:
     return normalised(left)
 
 
-def starting_beams(places: Places, beliefs: BeliefBatch, size: int) -> list[ComplexArray]:
+def starting_beams(places: Places, beliefs: BeliefBatch, size: Size) -> list[ComplexArray]:
     """Return beams ``(T, K, r)`` to climb from; where none are given, matched ones stand in."""
-    z, _ = rule(size)
-    array = beliefs.array
     matched = starts.filled(places, starts.unit(places.centre.astype(complex)))
     several = places.active.shape[1] > 1
-    if size == 1:
+    if set(size) == {1}:
         tried = [matched]
         shapes = starts.unit(places.centre.astype(complex))
     else:
-        angle, deviation = (
-            np.where(places.active, a, 0.0) for a in (beliefs.angles, beliefs.deviation)
-        )
-        slope = np.minimum(np.abs(array.slope(angle)) + 0.5 * deviation, 1.0) * deviation
-        chirp = np.pi * array.spacing * array.n * slope / starts.COVERED
+        z, _ = nodes_of(size)
         shapes = starts.principal_shapes(places)
-        spread = starts.spread_shapes(places, z, chirp)
+        spread = starts.spread_shapes(places, z, chirp(beliefs, places.active))
         tried = [matched, starts.filled(places, shapes), starts.filled(places, spread)]
         if several:
             tried.append(starts.alone(places, spread))
@@ -211,7 +212,8 @@ def starting_beams(places: Places, beliefs: BeliefBatch, size: int) -> list[Comp
     if places.active.shape[1] > 2:
         tried.append(starts.chosen(places, shapes))
     if beliefs.warm_start is not None:
-        tried.append(_given(places, beliefs.warm_start, matched))
+        warm = beliefs.warm_start[..., : beliefs.array.elements]
+        tried.append(_given(places, warm, matched))
     return tried
 
 

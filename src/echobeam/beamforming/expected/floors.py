@@ -1,8 +1,9 @@
 """Rate floors (38e) met with a probability: everywhere in the likeliest part of each belief.
 
 P(rate_k >= Gamma_k) is at least 1 - outage if the rate is there at all angles within
-``mean +- deviation Phi^-1(1 - outage / 2)``, an interval of just that probability. That is asked
-for at nodes of the interval, far closer than a beam is wide. With beams of given shapes the powers
+``mean +- deviation Phi^-1(1 - outage / 2)``, an interval of just that probability; of two direction
+cosines it is an ellipse. That is asked for at its nodes (`directions.floor_nodes`), far closer than
+a beam is wide. With beams of given shapes the powers
 
     I_k(p) = max_j threshold_k (sum_{i != k} gain_kij p_i + loss_kj) / gain_kkj
 
@@ -16,11 +17,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri
 
 from echobeam.beamforming.expected.objective import received
 from echobeam.beamforming.expected.places import Places
-from echobeam.beamforming.expected.quadrature import REACH
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
 MET = 1e-6
@@ -39,26 +38,6 @@ LEAST_GAIN = 1e-30
 
 SETTLED = 1e-12
 """Growth of a power, of the whole, below which an iteration ends."""
-
-CLOSER = 3
-"""Nodes of a floor for each of the expectation's: a weak direction must not hide between them."""
-
-
-def floor_nodes(outage: float, count: int) -> Array:
-    """Return ``(J,)`` standard normal numbers: the central interval of probability 1 - outage.
-
-    Parameters
-    ----------
-    outage
-        Probability of being outside.
-    count
-        Nodes of the expectation, which has a width of twice `REACH`.
-    """
-    if count == 1:
-        return np.zeros(1)
-    edge = float(ndtri(1.0 - 0.5 * outage))
-    many = CLOSER * int(np.ceil(edge / REACH * (count - 1))) + 1
-    return np.linspace(-edge, edge, max(many | 1, 5))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

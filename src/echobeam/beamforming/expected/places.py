@@ -12,7 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from echobeam.beamforming.expected.beliefs import NEAREST, BeliefBatch
-from echobeam.beamforming.expected.quadrature import rule
+from echobeam.beamforming.expected.directions import (
+    Size,
+    longer,
+    nodes_of,
+    phases,
+    shift,
+    visible_weight,
+)
 from echobeam.beamforming.subspace import real_steering, to_beams, to_coordinates
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
@@ -104,7 +111,7 @@ class Places:
 def places_of(
     beliefs: BeliefBatch, active: BoolArray, z: Array, weight: Array, basis: Array | None = None
 ) -> Places:
-    """Return the places of beliefs at nodes of a standard normal number.
+    """Return the places of beliefs at nodes of standard normal numbers.
 
     Parameters
     ----------
@@ -113,24 +120,24 @@ def places_of(
     active
         ``(T, K)``: the objects that are served, whose numbers are sound.
     z, weight
-        ``(Q,)``.
+        ``(Q,)``; z of two direction cosines ``(Q, 2)``, along the principal axes.
     basis
         ``(T, N, r)``; that of the weighted nodes if None.
     """
     array = beliefs.array
-    mean, deviation = (np.where(active, a, 0.0) for a in (beliefs.angles, beliefs.deviation))
-    shift = deviation[..., None] * z
-    longer = 1.0 + np.where(active, beliefs.stretch, 0.0)[..., None] * shift
-    loss = np.where(active, beliefs.loss, beliefs.power * array.n)[..., None]
-    loss = loss * np.maximum(longer, NEAREST) ** 2 / (beliefs.power * array.n)
-    scale = active[..., None, None] / np.sqrt(array.n)
-    full = real_steering(array.phases(mean[..., None] + shift), array.shape) * scale
-    centre = real_steering(array.phases(mean), array.shape) * scale[..., 0]
+    moved = shift(beliefs, active, z)
+    loss = np.where(active, beliefs.loss, beliefs.power * array.elements)[..., None]
+    far = np.maximum(longer(beliefs, active, moved), NEAREST)
+    loss = loss * far**2 / (beliefs.power * array.elements)
+    scale = active[..., None, None] / np.sqrt(array.elements)
+    full = real_steering(phases(beliefs, active, moved), array.shape) * scale
+    centre = real_steering(phases(beliefs, active), array.shape) * scale[..., 0]
+    weights = visible_weight(beliefs, active, moved, weight)
     if basis is None:
         basis = _span(full, centre, weight)
     return Places(
         channel=full @ basis[:, None],
-        weight=active[..., None] * weight,
+        weight=weights,
         loss=loss,
         centre=centre @ basis,
         basis=basis,
@@ -138,9 +145,9 @@ def places_of(
     )
 
 
-def places_at_nodes(beliefs: BeliefBatch, active: BoolArray, count: int) -> Places:
-    """Return the places at the ``count`` nodes of `rule`."""
-    return places_of(beliefs, active, *rule(count))
+def places_at_nodes(beliefs: BeliefBatch, active: BoolArray, size: Size) -> Places:
+    """Return the places at the nodes of an expectation."""
+    return places_of(beliefs, active, *nodes_of(size))
 
 
 def _span(full: Array, centre: Array, weight: Array) -> Array:

@@ -11,9 +11,6 @@ import numpy as np
 from echobeam.beamforming.expected.places import Places
 from echobeam.values import Array, BoolArray, ComplexArray
 
-COVERED = 1.75
-"""Standard deviations over which the outermost antennas of a spread beam point."""
-
 
 def gain_over_loss(places: Places, shapes: ComplexArray) -> Array:
     """Return ``(T, K)``: E[|c^T w|^2 / loss] of unit beams ``(T, K, r)``, no interference."""
@@ -45,19 +42,20 @@ def principal_shapes(places: Places) -> ComplexArray:
 def spread_shapes(places: Places, z: Array, chirp: Array) -> ComplexArray:
     """Return ``(T, K, r)``: unit beams sum_q p_q exp(j chirp z_q^2 / 2) c_q.
 
-    By stationary phase an antenna at m points where chirp z = 2 pi spacing m (du/dz): with
-    ``chirp = pi spacing N |du/dz| / COVERED`` the outermost ones point at z = COVERED.
+    The phases of several axes add up.
 
     Parameters
     ----------
     places
         Of T trials.
     z
-        ``(Q,)``: the nodes.
+        ``(Q,)`` or ``(Q, A)``: the nodes.
     chirp
-        ``(T, K)``.
+        ``(T, K, A)``, see `directions.chirp`.
     """
-    turned = places.weight * np.exp(0.5j * chirp[..., None] * z * z)
+    line = z.reshape(len(z), -1)
+    phase: Array = np.sum(chirp[..., None, :] * line * line, axis=-1)
+    turned = places.weight * np.exp(0.5j * phase)
     shapes: ComplexArray = (turned[..., None, :] @ places.channel)[..., 0, :]
     return unit(shapes)
 
