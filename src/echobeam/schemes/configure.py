@@ -294,7 +294,7 @@ def _with_parameters(
             except SchemeError as error:
                 faults.append(str(error).removeprefix(f"{label}: "))
     if not faults and isinstance(scheme, SchemeOfParts):
-        faults += misfits(scheme)
+        faults += misfits(scheme, scenario.geometry)
     if faults:
         raise SchemeError("\n".join(f"{label}: {fault}" for fault in faults))
     return scheme, system

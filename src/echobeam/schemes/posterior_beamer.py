@@ -41,6 +41,7 @@ class PosteriorBeamer:
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("min_rate",)
+    geometries: ClassVar[tuple[str, ...]] = ("road",)
 
     aim: Target = "prior"
     outage: float = 0.05

@@ -23,7 +23,7 @@ from echobeam.physics.measurement import measure
 from echobeam.physics.planar import linear
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.configure import detection_of
+from echobeam.schemes.configure import arrays_of, detection_of
 from echobeam.simulation.world import World
 from echobeam.units import BOLTZMANN, SPEED_OF_LIGHT
 from echobeam.values import Array, Transmission
@@ -232,11 +232,7 @@ def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
 
 def far_field(scenario: Scenario) -> float:
     """Return the larger of the far-field distances of the two arrays, m."""
-    array = scenario.array
-    return max(
-        LinearArray(n, array.spacing, array.axis).far_field(scenario.radio.wavelength)
-        for n in (array.n_tx, array.receivers)
-    )
+    return max(array.far_field(scenario.radio.wavelength) for array in arrays_of(scenario))
 
 
 def _matched(angle: float, power: float, array: LinearArray) -> Transmission:
