@@ -136,7 +136,9 @@ def test_two_polarisations_have_the_rates_of_one_for_one_object():
 
 
 def test_names_and_units_are_those_of_the_contract(tmp_path):
-    result = eb.run("ground", schemes=["water-filling"], trials=2, out=tmp_path / "g.nc", quiet=True)
+    result = eb.run(
+        "ground", schemes=["water-filling"], trials=2, out=tmp_path / "g.nc", quiet=True
+    )
     import xarray as xr
 
     with xr.open_dataset(tmp_path / "g.nc") as file:

@@ -15,15 +15,15 @@ from echobeam.scenario.geometry import meaningless_keys
 from echobeam.scenario.model import Scenario
 
 FOLLOWING = {
-    "truth": {"angle_std", "distance_std", "velocity_std"},
-    "uav": {"altimeter_std", "terrain_std", "velocity", "waypoints"},
     "array": {"n_rx", "receive_rows", "receive_columns"},
+    "truth": {"angle_std", "distance_std", "velocity_std", "altitude_errors", "terrain"},
+    "uav": {"altimeter_std", "terrain_std", "velocity", "waypoints"},
 }
-"""Keys that follow others unless they are given, or that no scheme of the presets reads."""
+"""Keys that follow others if left out, or are about a height that no scheme of the presets uses."""
 
 OF_SIGNALS = {
     "subcarriers", "symbols", "modulation", "integration", "filter", "cfar", "false_alarm", "angle",
-    "self_interference", "ground_clutter", "fluctuation",
+    "self_interference", "ground_clutter", "fluctuation", "target",
 }  # fmt: skip
 """Keys of the radar that only a preset with signals writes out."""
 

@@ -41,6 +41,9 @@ Antennas = Annotated[Whole, Field(ge=1, le=4096)]
 DEFAULT_SCHEMES = ("temporal", "pilot")
 """Schemes that a scenario runs if it names none."""
 
+DIRECTIONAL = ("3gpp-vehicle", "3gpp-large-uav", "3gpp-agv")
+"""Targets whose cross-section depends on the aspect, and so on a heading."""
+
 PARAMETERS = "scheme_parameters"
 """Field of a scenario that a file has as ``[schemes.NAME]``."""
 
@@ -205,8 +208,19 @@ class RadarTable(Table):
     model: Literal["crb", "signal"] = "crb"
     """Measurements are Gaussian with the variance of the bound, Eq. (24), or those of the receiver
     that processes the echo signal of Eq. (11)."""
+    target: Literal[
+        "constant",
+        "swerling1",
+        "3gpp-vehicle",
+        "3gpp-human",
+        "3gpp-small-uav",
+        "3gpp-large-uav",
+        "3gpp-agv",
+    ] = "constant"
+    """Kind of the objects: constant cross-section, Swerling I, or a target of TR 38.901, of which
+    |epsilon|^2 is the mean."""
     fluctuation: Literal["none", "swerling1"] = "none"
-    """Amplitude of an echo: constant (Swerling 0), or drawn anew in every slot (Swerling I)."""
+    """Amplitude of an echo: that of the target, or drawn anew in every slot (Swerling I)."""
     subcarriers: Annotated[Count, Field(ge=2, le=4096)] = 200
     """N, of the bandwidth."""
     symbols: Annotated[Count, Field(ge=2, le=4096)] = 4
@@ -231,6 +245,17 @@ class RadarTable(Table):
     """Residual of the UAV's own signal in one antenna, over the noise."""
     ground_clutter: Annotated[Number, Field(ge=0)] = 0.0
     """|epsilon|^2 of a metre of road, m^-1."""
+
+    @field_validator("fluctuation")
+    @classmethod
+    def _check_fluctuation(cls, fluctuation: str, info: ValidationInfo) -> str:
+        target = info.data.get("target", "constant")
+        if fluctuation != "none" and target.startswith("3gpp-"):
+            raise ValueError(
+                f"{fluctuation!r} contradicts radar.target = {target!r}, which fluctuates by a law "
+                "of its own; expected 'none', or leave one of the two out"
+            )
+        return fluctuation
 
     @property
     def integrated(self) -> float:
@@ -270,6 +295,14 @@ class UavTable(Table):
         assert self.waypoints is not None
         return self.waypoints[0][1:]
 
+    def lowest(self, duration: float) -> float:
+        """Return the least height over the ground in a run of some s, m."""
+        if self.waypoints is not None:
+            return min(point[3] for point in self.waypoints)
+        assert self.position is not None
+        climb = 0.0 if self.velocity is None else self.velocity[2]
+        return self.position[2] + min(climb * duration, 0.0)
+
     @property
     def altitude_std(self) -> float:
         """Standard deviation of the height over an object's ground, m: both together."""
@@ -305,6 +338,13 @@ class ObjectTable(Table):
     """Time at which it is there, where it starts."""
     leaves: Annotated[Time, Field(gt=0)] | None = None
     """Time from which it is gone; never if left out."""
+
+    @property
+    def rests(self) -> bool:
+        """Whether it does not move at its start, or never on its path."""
+        if self.path is not None:
+            return len({point[1:] for point in self.path}) == 1
+        return self.velocity in (0.0, (0.0, 0.0))
 
     @property
     def along_road(self) -> tuple[float, float, float]:
@@ -393,7 +433,7 @@ class TracksTable(Table):
 
 
 class TruthTable(Table):
-    """Process noise of nature, on top of the kinematic motion."""
+    """Process noise of nature, on top of the kinematic motion, and the height of its ground."""
 
     process_noise: bool = False
     """Noise on each object's position along the road and on its velocity.
@@ -404,6 +444,11 @@ class TruthTable(Table):
     distance_std: Annotated[Length, Field(ge=0)] | None = None
     velocity_std: Annotated[Speed, Field(ge=0)] | None = None
     """Standard deviations for each slot; the filter's if left out."""
+    altitude_errors: bool = False
+    """Errors of the altimeter and of the terrain under each object, drawn for every trial from
+    ``uav.altimeter_std`` and ``uav.terrain_std``."""
+    terrain: Length = 0.0
+    """Height of the ground under all objects over the one that the UAV knows."""
 
 
 class TraceTable(Table):

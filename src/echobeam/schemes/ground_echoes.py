@@ -27,6 +27,11 @@ class Echoes:
         strength = None if self.strength is None else self.strength[trials]
         return Echoes(self.value[trials], self.stated[trials], strength)
 
+    def of_objects(self, chosen: BoolArray) -> Echoes:
+        """Return those of some objects ``(T, K)``, an object each: ``(M, 1, ...)``."""
+        strength = None if self.strength is None else self.strength[chosen][:, None]
+        return Echoes(self.value[chosen][:, None], self.stated[chosen][:, None], strength)
+
 
 def law_on(grid: PositionGrid, echoes: Echoes, view: View) -> Array:
     """Return the law of the variance at every point of a grid, ``(T, K, G, M)``."""
@@ -48,7 +53,7 @@ def strength_of(tracks: Tracks, value: Array, stated: Array, view: View) -> Arra
     The receiver sees it; the variance of the delay is stated for it, at the prediction or, without
     one, at the measured place.
     """
-    if not (view.system.law_known and view.system.detection.fluctuating):
+    if not (view.system.law_known and not view.system.detection.fluctuation.steady):
         return None
     assert view.sent is not None
     here = np.where(tracks.known[..., None], tracks.mean, measured_place(value))
