@@ -43,7 +43,7 @@ def first_state(
         m/s, positive.
     """
     place = model.geometry.measured_place(value)
-    distance, height = place[..., 2:], uav.position[2]
+    distance, height = place[..., 2:3], uav.position[2]
     mean = np.zeros(value.shape)
     cov = np.zeros((*value.shape, 4))
     used = np.isfinite(value) & np.isfinite(variance)
