@@ -15,10 +15,10 @@ from echobeam.scenario.model import Scenario
 
 FOLLOWING = {
     "array": {"n_rx"},
-    "truth": {"angle_std", "distance_std", "velocity_std"},
+    "truth": {"angle_std", "distance_std", "velocity_std", "altitude_errors", "terrain"},
     "uav": {"altimeter_std", "terrain_std"},
 }
-"""Keys that follow others unless they are given, or that no scheme of the presets reads."""
+"""Keys that follow others if left out, or are about a height that no scheme of the presets uses."""
 
 OF_SIGNALS = {
     "subcarriers", "symbols", "modulation", "integration", "filter", "cfar", "false_alarm", "angle",

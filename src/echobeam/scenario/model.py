@@ -92,6 +92,16 @@ class Scenario(Table):
         return self
 
     @model_validator(mode="after")
+    def _check_terrain(self) -> Scenario:
+        """Refuse ground that is above the UAV."""
+        if self.truth.terrain >= self.uav.height:
+            raise ValueError(
+                f"truth.terrain: {self.truth.terrain:g} m is not accepted; expected below "
+                f"uav.height, {self.uav.height:g} m"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _check_headings(self) -> Scenario:
         """Refuse an object at rest whose cross-section depends on its heading."""
         if self.radar.target in DIRECTIONAL:
@@ -243,6 +253,11 @@ class Scenario(Table):
     def unlabelled(self) -> bool:
         """Whether detections are unlabelled: the UAV has tracks of its own, not a roster."""
         return self.radar.detections == "unlabelled"
+
+    @property
+    def calm(self) -> Scenario:
+        """The scenario without random numbers in the motion and in the height of the ground."""
+        return self.replace({"truth.process_noise": False, "truth.altitude_errors": False})
 
     @property
     def truth_stds(self) -> tuple[float, float, float]:

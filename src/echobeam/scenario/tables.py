@@ -290,7 +290,7 @@ class TracksTable(Table):
 
 
 class TruthTable(Table):
-    """Process noise of nature, on top of the kinematic motion."""
+    """Process noise of nature, on top of the kinematic motion, and the height of its ground."""
 
     process_noise: bool = False
     """Noise on each object's position along the road and on its velocity.
@@ -301,6 +301,11 @@ class TruthTable(Table):
     distance_std: Annotated[Length, Field(ge=0)] | None = None
     velocity_std: Annotated[Speed, Field(ge=0)] | None = None
     """Standard deviations for each slot; the filter's if left out."""
+    altitude_errors: bool = False
+    """Errors of the altimeter and of the terrain under each object, drawn for every trial from
+    ``uav.altimeter_std`` and ``uav.terrain_std``."""
+    terrain: Length = 0.0
+    """Height of the ground under all objects over the one that the UAV knows."""
 
 
 class TraceTable(Table):

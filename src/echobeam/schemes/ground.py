@@ -8,33 +8,27 @@ from typing import ClassVar
 import numpy as np
 
 from echobeam.brief import Brief
-from echobeam.estimation.sigma_points import cubature_points, moments, root
 from echobeam.faults import InputError
-from echobeam.physics.polar import physical
 from echobeam.schemes.base import View
 from echobeam.schemes.ground_echoes import Echoes, law_on, strength_of
+from echobeam.schemes.ground_grid import grid_posterior, view_of
+from echobeam.schemes.ground_report import reported
 from echobeam.schemes.trackers import labelled
-from echobeam.tracking import fading, filter, posterior_linearisation, road_grid
-from echobeam.tracking.ground import ROAD, GroundMeasurement, GroundMotion, polar_of
+from echobeam.tracking import fading, filter, posterior_linearisation
+from echobeam.tracking.ground import ROAD, GroundMeasurement, GroundMotion
 from echobeam.tracking.road_grid import PositionGrid
+from echobeam.tracking.road_shape import Shape, carried, gaussian_shape, shape_of
 from echobeam.tracking.road_start import first_state
 from echobeam.values import (
     Array,
     BoolArray,
     Detections,
     GaussianState,
-    IntArray,
-    Status,
     Tracks,
-    Transmission,
-    UavState,
 )
 
 VELOCITY_PRIOR = 30.0
 """Standard deviation of a new object's velocity, m/s, where ``filter.velocity_prior`` is 0."""
-
-REACH = 5.0
-"""Standard deviations of the prior to either side of the grid."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -49,40 +43,14 @@ class GroundBelief(Brief):
         Memory of the innovation test.
     tracks
         The same in angle, distance, velocity.
+    shape
+        Shape of the position's density; None if all are Gaussian.
     """
 
     state: GaussianState
     surprise: fading.Surprise
     tracks: Tracks
-
-
-def reported(state: GaussianState, uav: UavState, id: IntArray) -> Tracks:
-    """Return a belief on the road as tracks in angle, distance and velocity.
-
-    Mean and covariance are those of sigma points, so that they hold the altitude error and the
-    bend of the coordinates.
-
-    Parameters
-    ----------
-    state
-        ``(T, K)`` objects: x, v, b; NaN where one is unknown.
-    uav
-        The UAV in the slot.
-    id
-        ``(T, K)``: identities.
-    """
-    with np.errstate(invalid="ignore"):
-        centre = polar_of(state.mean, uav)
-        points = polar_of(cubature_points(state.mean, root(state.cov)), uav)
-        shift, cov = moments(points - centre[..., None, :])
-    mean = centre + shift
-    known = np.asarray(state.known & physical(mean))
-    return Tracks(
-        np.where(known[..., None], mean, np.nan),
-        np.where(known[..., None, None], cov, np.nan),
-        np.where(known, Status.CONFIRMED, 0).astype(np.int8),
-        id,
-    )
+    shape: Shape | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +102,13 @@ class GroundTracker:
             state = GaussianState(state.mean, state.cov, state.known & stays)
             surprise = _of(surprise, stays)
         motion = GroundMotion(view.system.slot_duration, view.system.filter.velocity_std)
-        return _believed(filter.predict(state, motion, view.uav_before), surprise, view)
+        prior = filter.predict(state, motion, view.uav_before)
+        shape = belief.shape
+        if shape is not None:
+            shape = carried(shape, state.cov, prior.cov, motion.slot_duration)
+        # a beam has the same gain on either side of a vertical array
+        mirrors = view.system.array.axis == "vertical"
+        return _believed(prior, surprise, view, shape, one_side=mirrors)
 
     def update(self, prior: GroundBelief, detections: Detections, view: View) -> GroundBelief:
         """Return the posterior of known objects and the first state of new ones."""
@@ -148,48 +122,48 @@ class GroundTracker:
         state, surprise = prior.state, prior.surprise
         echoes = Echoes(value, stated, strength_of(prior.tracks, value, stated, view))
         tracked = known & measured.any(axis=-1)
+        shape = gaussian_shape(known.shape) if prior.shape is None else prior.shape
         if tracked.any():
-            made = self._tracked(prior.state, echoes, model, view)
-            state = made.state
+            made, bent = self._tracked(prior, echoes, model, view)
+            state, shape = made.state, shape.placed(tracked, bent[tracked])
             if self.adaptive:
                 surprise = fading.remembered(surprise, made.nis, made.degrees)
                 factor, surprise = fading.widening(surprise, tracked)
                 state = GaussianState(state.mean, state.cov * factor[..., None, None], state.known)
         new = ~known & measured[..., 1]
         if new.any():
-            state = self._started(state, new, echoes, model, view)
-        return _believed(state, _of(surprise, known), view)
+            state, bent = self._started(state, new, echoes, model, view)
+            shape = shape.placed(new, bent[new])
+        bent_ones = shape if shape.bent.any() else None
+        return _believed(state, _of(surprise, known), view, bent_ones)
 
     def _tracked(
-        self, prior: GaussianState, echoes: Echoes, model: GroundMeasurement, view: View
-    ) -> posterior_linearisation.Updated:
-        """Return the posterior of known objects.
+        self, belief: GroundBelief, echoes: Echoes, model: GroundMeasurement, view: View
+    ) -> tuple[posterior_linearisation.Updated, Shape]:
+        """Return the posterior of known objects, and its shape.
 
         Where the law of the variance is known it is that of the grid; where the measurement is too
         accurate for the grid, or states its variance, that of the posterior linearisation, with
         the variance of mean information.
         """
-        value, uav = echoes.value, view.uav
+        prior, value, uav = belief.state, echoes.value, view.uav
         update = posterior_linearisation.update
         if not view.system.law_known:
-            return update(prior, value, echoes.stated, model, uav, ROAD, self.iterations)
-        grid = road_grid.grid_of(prior, self.points, REACH)
-        law = law_on(grid, echoes, view)
-        weight, mean, cov = road_grid.posterior(grid, value, law, model, uav)
-        variance = road_grid.effective_variance(weight, law)
-        variance = np.where(np.isfinite(value), variance, np.inf)
-        fine = road_grid.resolved(grid, cov)
-        needed = prior.known & np.isfinite(variance).any(axis=-1)
+            made = update(prior, value, echoes.stated, model, uav, ROAD, self.iterations)
+            return made, gaussian_shape(prior.known.shape)
+        found = grid_posterior(prior, belief.shape, echoes, model, view, self.points)
+        fine = found.fine
+        needed = prior.known & np.isfinite(found.variance).any(axis=-1)
         # the slow way only where it is needed; one fit tells the innovation
         fits = 1 if (fine | ~needed).all() else self.iterations
-        made = update(prior, value, variance, model, uav, ROAD, fits)
+        made = update(prior, value, found.variance, model, uav, ROAD, fits)
         fine &= needed
         state = GaussianState(
-            np.where(fine[..., None], mean, made.state.mean),
-            np.where(fine[..., None, None], cov, made.state.cov),
+            np.where(fine[..., None], found.mean, made.state.mean),
+            np.where(fine[..., None, None], found.cov, made.state.cov),
             np.asarray(made.state.known | fine),
         )
-        return replace(made, state=state)
+        return replace(made, state=state), found.shape.where(fine)
 
     def _started(
         self,
@@ -198,26 +172,22 @@ class GroundTracker:
         echoes: Echoes,
         model: GroundMeasurement,
         view: View,
-    ) -> GaussianState:
-        """Return the belief with a first state of the new objects."""
+    ) -> tuple[GaussianState, Shape]:
+        """Return the belief with a first state of the new objects, and their shape."""
         trials = np.asarray(new.any(axis=-1))
-        some = echoes.of(trials)
-        sent = view.sent
-        if sent is not None:
-            sent = Transmission(
-                sent.beams[trials], sent.antenna_power[trials], sent.probing[trials]
-            )
-        there = replace(view, sent=sent)
-        mean, cov = self._first(some, model, there)
+        mean, cov, bent = self._first(echoes.of(trials), model, view_of(view, trials))
         all_mean, all_cov, known = state.mean.copy(), state.cov.copy(), state.known.copy()
         chosen = new[trials] & np.isfinite(mean).all(axis=-1)
         place = np.zeros_like(new)
         place[trials] = chosen
         all_mean[place], all_cov[place], known[place] = mean[chosen], cov[chosen], True
-        return GaussianState(all_mean, all_cov, known)
+        shape = gaussian_shape(new.shape).placed(trials, bent)
+        return GaussianState(all_mean, all_cov, known), shape
 
-    def _first(self, echoes: Echoes, model: GroundMeasurement, view: View) -> tuple[Array, Array]:
-        """Return the moments of the posterior of first measurements."""
+    def _first(
+        self, echoes: Echoes, model: GroundMeasurement, view: View
+    ) -> tuple[Array, Array, Shape]:
+        """Return the moments of the posterior of first measurements, and its shape."""
         system = view.system
         stds = system.filter.velocity_prior or VELOCITY_PRIOR, system.altitude_std
 
@@ -225,12 +195,22 @@ class GroundTracker:
             known = system.law_known
             return law_on(grid, echoes, view) if known else echoes.stated[..., None, :]
 
-        return first_state(echoes.value, law, model, view.uav, stds, self.first_points)
+        grid, weight, mean, cov = first_state(
+            echoes.value, law, model, view.uav, stds, self.first_points
+        )
+        return mean, cov, shape_of(grid, weight, mean, cov)
 
 
-def _believed(state: GaussianState, surprise: fading.Surprise, view: View) -> GroundBelief:
+def _believed(
+    state: GaussianState,
+    surprise: fading.Surprise,
+    view: View,
+    shape: Shape | None = None,
+    *,
+    one_side: bool = False,
+) -> GroundBelief:
     """Return a belief with its report; an object that no angle and distance fit is unknown."""
-    tracks = reported(state, view.uav, view.roster)
+    tracks = reported(state, view.uav, view.roster, shape, one_side=one_side)
     if not np.array_equal(tracks.known, state.known):
         lives = tracks.known
         state = GaussianState(
@@ -238,7 +218,7 @@ def _believed(state: GaussianState, surprise: fading.Surprise, view: View) -> Gr
             np.where(lives[..., None, None], state.cov, np.nan),
             lives,
         )
-    return GroundBelief(state, surprise, tracks)
+    return GroundBelief(state, surprise, tracks, shape)
 
 
 def _of(surprise: fading.Surprise, known: BoolArray) -> fading.Surprise:

@@ -27,6 +27,11 @@ class Echoes:
         strength = None if self.strength is None else self.strength[trials]
         return Echoes(self.value[trials], self.stated[trials], strength)
 
+    def of_objects(self, chosen: BoolArray) -> Echoes:
+        """Return those of some objects ``(T, K)``, an object each: ``(M, 1, ...)``."""
+        strength = None if self.strength is None else self.strength[chosen][:, None]
+        return Echoes(self.value[chosen][:, None], self.stated[chosen][:, None], strength)
+
 
 def law_on(grid: PositionGrid, echoes: Echoes, view: View) -> Array:
     """Return the law of the variance at every point of a grid, ``(T, K, G, M)``."""

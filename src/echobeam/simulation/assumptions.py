@@ -140,6 +140,21 @@ def _side(scenario: Scenario) -> list[Assumption]:
     return [Assumption("side of the UAV", words)]
 
 
+def _height(scenario: Scenario) -> list[Assumption]:
+    """Return what is wrong with the height that the UAV knows, if anything is."""
+    truth, uav = scenario.truth, scenario.uav
+    words = []
+    if truth.terrain != 0.0:
+        side = "above" if truth.terrain > 0.0 else "below"
+        words.append(f"is {abs(truth.terrain):g} m {side} the height that the UAV knows")
+    if truth.altitude_errors:
+        words.append(
+            f"has errors of {uav.altimeter_std:g} m (altimeter) and {uav.terrain_std:g} m (terrain "
+            "under each object), standard deviations"
+        )
+    return [Assumption("height", f"the ground {' and '.join(words)}")] if words else []
+
+
 def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
     isolation = scale.transmit_power / scale.noise_power
     radar = scenario.radar
@@ -164,6 +179,7 @@ def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
             "no clutter", "all echoes come from objects, and each object is identified"
         )
     return [
+        *_height(scenario),
         Assumption(
             "monostatic",
             "transmit and receive array are at the same place",

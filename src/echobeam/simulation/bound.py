@@ -166,7 +166,7 @@ def _process(scenario: Scenario, n_slots: int) -> Array:
         return np.zeros((3, 3))
     angle_std, distance_std, velocity_std = scenario.truth_stds
     covariances = np.zeros((n_slots - 1, scenario.n_objects, 3, 3))
-    world = begin(scene_of(scenario.replace({"truth.process_noise": False})), 0, range(1))
+    world = begin(scene_of(scenario.calm), 0, range(1))
     for slot in range(n_slots - 1):
         theta, d = world.state[0, :, 0], world.state[0, :, 1]
         along = np.sqrt(along_road_variance(world.state[0], (angle_std, distance_std)))

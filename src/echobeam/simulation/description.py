@@ -68,8 +68,7 @@ def describe(scenario: Scenario | str | Path) -> Description:
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     configure_all(scenario, None)
-    calm = scenario.model_copy(update={"truth": {"process_noise": False}})
-    start = begin(scene_of(calm), 0, range(1))
+    start = begin(scene_of(scenario.calm), 0, range(1))
     with np.errstate(all="ignore"):  # extreme settings give zero, inf or NaN
         first = _first_inhabited(start)
         objects, scale = object_budgets(first), power_scale(scenario)

@@ -10,6 +10,7 @@ from echobeam.physics.geometry import polar_state
 from echobeam.physics.link import channel_loss, rate, sinr
 from echobeam.physics.measurement import measure
 from echobeam.schemes.base import Decision
+from echobeam.simulation.elevation import elevated
 from echobeam.simulation.headings import headings
 from echobeam.simulation.movers import Ground
 from echobeam.simulation.scene import Scene
@@ -139,8 +140,8 @@ def begin(scene: Scene, seed: int, trials: range) -> World:
 def _seen(world: World) -> World:
     """Return nature with the UAV in its slot and the objects as seen from there."""
     uav = world.scene.flight.at(world.slot)
-    state = polar_state(world.ground.position, world.ground.velocity, uav)
-    ground = world.ground
+    ground = elevated(world.ground, world.scene.scenario, world.seed, world.trials)
+    state = polar_state(ground.position, ground.velocity, uav)
     freeze(state, ground.position, ground.velocity, ground.identity, uav.position, uav.velocity)
     freeze(world.heading)
-    return replace(world, uav=uav, state=state)
+    return replace(world, uav=uav, ground=ground, state=state)
