@@ -192,9 +192,10 @@ def test_claims_under_another_setting_say_so(tmp_path):
     reproduce("t7-1", "--trials", "2", "--set", setting, "--out", tmp_path, "--quiet")
     document = json.loads((tmp_path / "claims.json").read_text())
     assert document["set"] == [setting]
-    assert f"**Not the paper's setting**: all points were run with `{setting}`." in (
-        tmp_path / "claims.md"
-    ).read_text()
+    assert (
+        f"**Not the paper's setting**: all points were run with `{setting}`."
+        in (tmp_path / "claims.md").read_text()
+    )
     rows = read(tmp_path / "t7-1.csv")
     first = [float(row["y"]) for row in rows if "100 m" in row["panel"] and float(row["x"]) == 1]
     np.testing.assert_allclose(first, np.log2(1.0 + 2.0 / (2.0 * 100.0**2)), rtol=1e-6)
