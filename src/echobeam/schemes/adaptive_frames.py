@@ -18,6 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from echobeam.faults import InputError
+from echobeam.physics.array import LinearArray
+from echobeam.physics.coordinates import distance_of
 from echobeam.schemes.base import View
 from echobeam.values import NOBODY, Array, BoolArray, Mode, ModeArray, Tracks
 
@@ -26,6 +28,9 @@ ARRIVALS = 2.0
 
 LOST = 3.0
 """Standard deviations of the angle, in half-power widths of a beam, from which a track is lost."""
+
+HALF_POWER = 0.886
+"""Half-power width of a uniform array of unit length in wavelengths, in direction cosines."""
 
 PATIENCE = 5
 """Slots between two looks for one that is lost: its own beam, made wide, is tried before."""
@@ -130,11 +135,23 @@ def _missing(tracks: Tracks, view: View, lost: float, patience: int) -> BoolArra
 
 
 def _widths(tracks: Tracks, view: View) -> Array:
-    """Return the standard deviation of each angle in half-power widths of a beam, ``(T, C)``."""
-    angle = np.where(tracks.known, tracks.mean[..., 0], 0.0)
-    variance = np.where(tracks.known, tracks.cov[..., 0, 0], 0.0)
-    width = view.system.transmitter.half_power_width(angle)
-    return np.asarray(np.sqrt(np.maximum(variance, 0.0)) / width)
+    """Return the standard deviation of each direction in half-power widths of a beam, ``(T, C)``.
+
+    On the ground it is that of the position across the line of sight at most, and the width that
+    of the array's shorter side, 0.886 / (n spacing) in direction cosines (Van Trees, *Optimum
+    Array Processing*, 2002, section 2.4).
+    """
+    system, array = view.system, view.system.transmitter
+    place = system.geometry.place(tracks.mean, view.uav)
+    if isinstance(array, LinearArray) and system.geometry.axes == 1:
+        angle = np.where(tracks.known, place[..., 0], 0.0)
+        variance = np.where(tracks.known, tracks.cov[..., 0, 0], 0.0)
+        width = array.half_power_width(angle)
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)) / width)
+    variance = np.where(tracks.known, np.maximum(tracks.cov[..., 0, 0], tracks.cov[..., 1, 1]), 0.0)
+    distance = np.where(tracks.known, distance_of(place, array.axes), 1.0)
+    side = min(n for n in array.shape if n > 1) if array.elements > 1 else 1
+    return np.asarray(np.sqrt(variance) / distance * side * array.spacing / HALF_POWER)
 
 
 def _scheduled(tracks: Tracks, view: View, rate: float, cost: float) -> BoolArray:

@@ -14,9 +14,12 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.faults import InputError, RunError
-from echobeam.physics.array import LinearArray
+from echobeam.physics.coordinates import Geometry, distance_of
 from echobeam.physics.detection import DetectionLaw
+from echobeam.physics.link import channel_loss
+from echobeam.physics.planar import AntennaArray
 from echobeam.physics.polar import POLAR
+from echobeam.physics.road import ROAD_GEOMETRY
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.tables import (
     ArrayTable,
@@ -74,6 +77,8 @@ class System(Brief):
         altimeter and terrain together.
     labelled
         Whether somebody says whose a detection is, and who is there.
+    geometry
+        Coordinates of states and measurements.
     """
 
     array: ArrayTable
@@ -88,11 +93,34 @@ class System(Brief):
     tracks: TracksTable
     altitude_std: float
     labelled: bool = True
+    geometry: Geometry = ROAD_GEOMETRY
 
     @property
-    def transmitter(self) -> LinearArray:
+    def transmitter(self) -> AntennaArray:
         """The transmit array."""
         return self.law.transmitter
+
+    def loss(self, place: Array, share: Array | None = None) -> Array:
+        """Return the noise over path gain ``(T, C)`` that beams of the whole power are made for.
+
+        It is `channel_loss`. With a share s of the power in all directions it is
+        (loss + s P_T) / (1 - s): beams that are scaled by the root of 1 - s afterwards then have
+        the SINR that they were made for, exactly.
+
+        Parameters
+        ----------
+        place
+            ``(T, C, A + 1)`` or more: direction and distance of each object.
+        share
+            ``(T,)``: s; None for none.
+        """
+        radio = self.radio
+        distance = distance_of(place, self.transmitter.axes)
+        loss = channel_loss(distance, radio.noise, radio.alpha0)
+        if share is None or not share.any():
+            return loss
+        left = 1.0 - share[:, None]
+        return np.asarray((loss + share[:, None] * radio.power) / left)
 
     @property
     def slot_duration(self) -> float:
@@ -186,7 +214,8 @@ class Decision(Brief):
     mode
         ``(T,)`` `Mode`: a label for people and plots.
     covered
-        ``(T, C)`` rad: half-width that the beam was designed to cover; NaN without a design.
+        ``(T, C)`` rad: half-width that the beam was designed to cover; NaN without a design. On
+        the ground ``(T, C, 2, 2)``: the matrices of the ellipses, in direction cosines.
     fallback
         ``(T,)``: whether the beams are a fallback of the design.
     messages

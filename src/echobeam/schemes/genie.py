@@ -9,7 +9,7 @@ import numpy as np
 
 from echobeam.beamforming.design import design_batch
 from echobeam.physics import transmission
-from echobeam.physics.link import channel_loss
+from echobeam.physics.coordinates import cover_shape
 from echobeam.schemes.base import Decision, View, no_tracks
 from echobeam.schemes.beamers import problems_at
 from echobeam.values import Detections, Mode, Tracks
@@ -44,7 +44,7 @@ class Genie:
 
     def start(self, view: View) -> TrueTracks:
         """Return no tracks; it needs no past."""
-        return TrueTracks(no_tracks(view.roster))
+        return TrueTracks(no_tracks(view.roster, view.system.geometry.space.size))
 
     def predict(self, belief: TrueTracks, view: View) -> TrueTracks:
         """Return the truth, without uncertainty."""
@@ -53,11 +53,11 @@ class Genie:
 
     def transmit(self, prior: TrueTracks, view: View) -> Decision:
         """Return the beams of largest sum rate, Eq. (38a) under (38b) alone."""
-        tracks, radio = prior.tracks, view.system.radio
+        tracks, geometry = prior.tracks, view.system.geometry
+        cover = (*tracks.known.shape, *cover_shape(geometry.axes))
         problems = problems_at(
-            tracks.mean[..., 0],
-            channel_loss(tracks.mean[..., 1], radio.noise, radio.alpha0),
-            np.zeros(tracks.known.shape),
+            geometry.place(tracks.mean, view.uav),
+            np.zeros(cover),
             tracks.known,
             view.system,
             min_rate=view.system.coverage.min_rate if self.floors else 0.0,
@@ -68,7 +68,7 @@ class Genie:
             addressee=tracks.id,
             sensed=np.zeros_like(tracks.known),
             mode=np.full(view.n_trials, Mode.DIRECTIONAL, dtype=np.int8),
-            covered=np.full(tracks.known.shape, np.nan),
+            covered=np.full(cover, np.nan),
             fallback=answer.fallback,
             messages=answer.messages,
         )

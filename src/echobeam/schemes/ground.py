@@ -77,6 +77,7 @@ class GroundTracker:
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("velocity_std", "velocity_prior")
+    geometries: ClassVar[tuple[str, ...]] = ("road",)
 
     points: int = 32
     first_points: int = 64

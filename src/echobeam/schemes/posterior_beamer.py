@@ -9,6 +9,7 @@ import numpy as np
 
 from echobeam.beamforming.expected.beliefs import BeliefBatch, check_least_snr, check_outage
 from echobeam.beamforming.expected.design import design_expected
+from echobeam.physics.planar import linear
 from echobeam.schemes.base import View
 from echobeam.schemes.beamers import Aim, Beams, Target
 from echobeam.values import Array, Tracks
@@ -39,6 +40,7 @@ class PosteriorBeamer:
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("min_rate",)
+    geometries: ClassVar[tuple[str, ...]] = ("road",)
 
     aim: Target = "prior"
     outage: float = 0.05
@@ -56,12 +58,12 @@ class PosteriorBeamer:
         return BeliefBatch(
             angles=tracks.mean[..., 0],
             deviation=deviation,
-            loss=aim.loss(tracks.mean[..., 1], system.radio),
+            loss=system.loss(tracks.mean, aim.share),
             stretch=stretch,
             active=active,
             min_rate=np.full(active.shape[-1], system.coverage.min_rate),
             power=system.radio.power,
-            array=system.transmitter,
+            array=linear(system.transmitter),
             outage=self.outage,
             least_snr=self.least_snr,
             warm_start=view.memory,
