@@ -9,7 +9,6 @@ from echobeam.physics import transmission
 from echobeam.physics.link import channel_loss, sinr
 from echobeam.schemes.adaptive_frames import AdaptiveFrame, ProbingFrame
 from echobeam.schemes.base import SchemeError
-from echobeam.schemes.beamers import Aim
 from echobeam.schemes.configure import configure, system_of
 from echobeam.values import NOBODY, Mode, Status, Tracks
 
@@ -106,13 +105,12 @@ def test_beams_for_the_rest_of_the_power_have_the_sinr_that_they_were_made_for()
     beams *= np.sqrt(radio.power / np.sum(np.abs(beams) ** 2, axis=(-2, -1), keepdims=True))
     theta, distance = random.uniform(0.5, 2.5, (4, 2)), random.uniform(80.0, 150.0, (4, 2))
     share = np.array([0.0, 0.05, 0.3, 0.9])
-    nothing = tracks(np.zeros((4, 2), dtype=bool))
-    aim = Aim(nothing, nothing, np.zeros((4, 2)), np.ones(4, dtype=bool), share)
+    place = np.stack([theta, distance], axis=-1)
     own = np.broadcast_to(np.eye(2, dtype=bool), (4, 2, 2))
     sent = transmission.with_probing(beams, share, radio.power)
     loss = channel_loss(distance, radio.noise, radio.alpha0)
     there = sinr(sent, own, theta, loss, array)
-    made_for = sinr(transmission.directional(beams), own, theta, aim.loss(distance, radio), array)
+    made_for = sinr(transmission.directional(beams), own, theta, system.loss(place, share), array)
     np.testing.assert_allclose(there, made_for, rtol=1e-12)
     assert np.all(sent.probing.sum(axis=-1) == pytest.approx(share * radio.power))
     np.testing.assert_allclose(transmission.radiated_power(sent), radio.power, rtol=1e-12)
