@@ -179,3 +179,27 @@ def test_an_object_that_stops_keeps_its_heading():
     angle = result["truth"].values[..., 0]
     heading = np.where(np.arange(velocity.size) <= rest[0], 1.0, -1.0)[:, None]
     np.testing.assert_allclose(found[0], by_hand(angle, heading), rtol=1e-9)
+
+
+def test_a_description_has_the_cross_section_of_the_first_slot():
+    scenario = eb.load_scenario("paper-height")
+    constant, vehicle = (
+        eb.describe(scenario, set={"radar.target": target}).objects[0]
+        for target in ("constant", "3gpp-vehicle")
+    )
+    expected = float(by_hand(np.radians(45.0), 30.0))
+    assert constant.cross_section == 1.0
+    assert vehicle.cross_section == pytest.approx(expected)
+    assert 10.0 * np.log10(expected) + MEAN == pytest.approx(7.06)  # dBsm: from behind, the floor
+    for name in ("omni_echo", "beam_echo"):
+        ratio = getattr(vehicle, name).snr / getattr(constant, name).snr
+        assert ratio == pytest.approx(expected)
+
+
+def test_the_downlink_and_the_motion_do_not_depend_on_the_target():
+    """Slot 1 has the same rates; later beams follow from other measurements."""
+    one, other = (run("paper-height", target, ("temporal",), trials=5)
+                  for target in ("constant", "3gpp-vehicle"))  # fmt: skip
+    np.testing.assert_array_equal(one["rate"][:, :, 0], other["rate"][:, :, 0])
+    np.testing.assert_array_equal(one["truth"], other["truth"])
+    assert not np.array_equal(one["rate"][:, :, 5], other["rate"][:, :, 5])
