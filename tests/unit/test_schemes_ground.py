@@ -145,7 +145,15 @@ def test_ground_five_metres_elsewhere_costs_rate_and_no_track(place, height):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scheme", [GROUND, "temporal:tracker=ground", "pilot:tracker=ground"])
+@pytest.mark.parametrize(
+    "scheme",
+    [
+        GROUND,
+        f"{GROUND},motion=imm",
+        "temporal:tracker=ground",
+        "pilot:tracker=ground",
+    ],
+)
 def test_it_keeps_the_rules_of_a_scheme(scheme):
     eb.testing.check_scheme(scheme)
 
@@ -247,6 +255,55 @@ def test_the_echo_of_many_directions_is_that_of_each(along):
         snr = law.snr(sent, state, along=along)
         single = [law.snr(sent, state[:, [k]]) for k in range(50)]
         np.testing.assert_allclose(snr, np.concatenate(single, axis=1), rtol=1e-9)
+
+
+BRAKING = {
+    "objects.0.velocity": "20 m/s",
+    "objects.0.acceleration": "-6 m/s^2",
+    "frame.frames": 3,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", ["ca", "imm"])
+def test_a_braking_object_is_followed_better_with_an_acceleration(motion):
+    """At high power: half the error of the velocity after 300 ms, and not overconfident.
+
+    With too small a noise for constant velocity the filter without an acceleration is: the object
+    loses 0.06 m/s in a slot.
+    """
+    place, low = (60, 100, 1e4), f"{GROUND},velocity_std=0.005"
+
+    def velocity(made):
+        return np.sqrt(np.mean((made[-1].estimated - made[-1].truth)[:, 0, 2] ** 2))
+
+    plain, made = (
+        records(scheme, place, **BRAKING, **DRAWN)
+        for scheme in (GROUND, f"{GROUND},motion={motion}")
+    )
+    assert velocity(made) < 0.5 * velocity(plain)
+    calm, mixed = (
+        errors(records(scheme, place, **BRAKING, **DRAWN))[-1].mean()
+        for scheme in (low, f"{low},motion={motion}")
+    )
+    upper = chi_square_band(3, 200, 0.999)[1]
+    assert calm > upper
+    assert mixed < upper
+
+
+@pytest.mark.slow
+def test_models_of_motion_do_not_matter_where_they_cannot_be_told_apart():
+    """At P_T = 1 a frame of 100 ms does not show an acceleration: rates within 1e-3."""
+    place = (60, 100, 1.0)
+    rate = [
+        rates(records(f"{GROUND},motion={motion}", place)).mean() for motion in ("cv", "ca", "imm")
+    ]
+    assert rate[1:] == pytest.approx([rate[0]] * 2, rel=1e-3)
+
+
+def test_an_unknown_motion_is_refused():
+    with pytest.raises(InputError, match="motion: 'jerk' is not accepted; expected one of cv, ca"):
+        GroundTracker(motion="jerk")
 
 
 @pytest.mark.parametrize("name", ["points", "first_points", "iterations"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, get_args
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from echobeam.faults import InputError
 from echobeam.schemes.base import View
 from echobeam.schemes.ground_echoes import Echoes, law_on, strength_of
 from echobeam.schemes.ground_grid import grid_posterior, view_of
+from echobeam.schemes.ground_motion import Motion, Motions, motions_of
 from echobeam.schemes.ground_report import reported
 from echobeam.schemes.trackers import labelled
-from echobeam.tracking import fading, filter, posterior_linearisation
-from echobeam.tracking.ground import ROAD, GroundMeasurement, GroundMotion
+from echobeam.tracking import fading, posterior_linearisation
+from echobeam.tracking.ground import GroundMeasurement
 from echobeam.tracking.road_grid import PositionGrid
 from echobeam.tracking.road_shape import Shape, carried, gaussian_shape, shape_of
 from echobeam.tracking.road_start import first_state
@@ -38,19 +39,23 @@ class GroundBelief(Brief):
     Attributes
     ----------
     state
-        ``(T, K)`` objects: x, v, b in m, m/s, m.
+        ``(T, K)`` objects: x, v, b in m, m/s, m, with an acceleration after the velocity if the
+        motion has one; ``(T, M K)`` of several models, `Motions`.
     surprise
         Memory of the innovation test.
     tracks
         The same in angle, distance, velocity.
     shape
         Shape of the position's density; None if all are Gaussian.
+    probability
+        ``(T, K, M)`` of the models.
     """
 
     state: GaussianState
     surprise: fading.Surprise
     tracks: Tracks
-    shape: Shape | None = None
+    shape: Shape | None
+    probability: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +72,18 @@ class GroundTracker:
         Of the posterior linearisation.
     adaptive
         Whether the innovation test widens covariances.
+    motion
+        ``"cv"``, ``"ca"`` or ``"imm"``: constant velocity, constant acceleration, or both.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("velocity_std", "velocity_prior")
+    geometries: ClassVar[tuple[str, ...]] = ("road",)
 
     points: int = 32
     first_points: int = 64
     iterations: int = posterior_linearisation.ITERATIONS
     adaptive: bool = True
+    motion: Motion = "cv"
 
     def __post_init__(self) -> None:
         least = {"points": 8, "first_points": 32, "iterations": 1}
@@ -83,32 +92,39 @@ class GroundTracker:
                 raise InputError(
                     f"{name}: {getattr(self, name)} is not accepted; expected {minimum} or more"
                 )
+        if self.motion not in get_args(Motion):
+            raise InputError(
+                f"motion: {self.motion!r} is not accepted; expected one of "
+                f"{', '.join(get_args(Motion))}"
+            )
 
     def start(self, view: View) -> GroundBelief:
         """Return no knowledge."""
-        shape = view.roster.shape
+        motions = self._motions(view)
+        shape = motions.columns(view.roster).shape
+        size = motions.space.size
         nothing = GaussianState(
-            mean=np.full((*shape, ROAD.size), np.nan),
-            cov=np.full((*shape, ROAD.size, ROAD.size), np.nan),
+            mean=np.full((*shape, size), np.nan),
+            cov=np.full((*shape, size, size), np.nan),
             known=np.zeros(shape, dtype=bool),
         )
-        return _believed(nothing, fading.no_surprise(shape), view)
+        probability = motions.at_first(view.roster.shape)
+        return _believed(motions, nothing, probability, fading.no_surprise(shape), None, view)
 
     def predict(self, belief: GroundBelief, view: View) -> GroundBelief:
         """Return the prediction of this slot; objects that left the roster are forgotten."""
-        stays = belief.tracks.id == view.roster
-        state, surprise = belief.state, belief.surprise
+        motions = self._motions(view)
+        stays = motions.columns(belief.tracks.id == view.roster)
+        state, surprise, shape = belief.state, belief.surprise, belief.shape
         if not stays.all():
             state = GaussianState(state.mean, state.cov, state.known & stays)
             surprise = _of(surprise, stays)
-        motion = GroundMotion(view.system.slot_duration, view.system.filter.velocity_std)
-        prior = filter.predict(state, motion, view.uav_before)
-        shape = belief.shape
+        prior, probability = motions.predicted(state, belief.probability, view.uav_before)
         if shape is not None:
-            shape = carried(shape, state.cov, prior.cov, motion.slot_duration)
+            shape = carried(shape, state.cov, prior.cov, view.system.slot_duration)
         # a beam has the same gain on either side of a vertical array
         mirrors = view.system.array.axis == "vertical"
-        return _believed(prior, surprise, view, shape, one_side=mirrors)
+        return _believed(motions, prior, probability, surprise, shape, view, one_side=mirrors)
 
     def update(self, prior: GroundBelief, detections: Detections, view: View) -> GroundBelief:
         """Return the posterior of known objects and the first state of new ones."""
@@ -117,28 +133,42 @@ class GroundTracker:
         measured = np.isfinite(value)
         if not measured.any():
             return prior
-        model = GroundMeasurement(view.system.radio.carrier)
-        known = prior.state.known
-        state, surprise = prior.state, prior.surprise
+        motions, model = self._motions(view), GroundMeasurement(view.system.radio.carrier)
         echoes = Echoes(value, stated, strength_of(prior.tracks, value, stated, view))
+        state, surprise, probability = prior.state, prior.surprise, prior.probability
+        known = prior.tracks.known
         tracked = known & measured.any(axis=-1)
-        shape = gaussian_shape(known.shape) if prior.shape is None else prior.shape
+        shape = gaussian_shape(state.known.shape) if prior.shape is None else prior.shape
         if tracked.any():
-            made, bent = self._tracked(prior, echoes, model, view)
-            state, shape = made.state, shape.placed(tracked, bent[tracked])
+            columns = motions.columns(tracked)
+            seen = echoes.for_each(motions.columns)
+            made, bent = self._tracked(motions, prior, seen, model, view)
+            state, shape = made.state, shape.placed(columns, bent[columns])
+            probability = motions.reweighted(probability, made.log_likelihood, tracked)
             if self.adaptive:
                 surprise = fading.remembered(surprise, made.nis, made.degrees)
-                factor, surprise = fading.widening(surprise, tracked)
+                factor, surprise = fading.widening(surprise, columns)
                 state = GaussianState(state.mean, state.cov * factor[..., None, None], state.known)
         new = ~known & measured[..., 1]
         if new.any():
-            state, bent = self._started(state, new, echoes, model, view)
-            shape = shape.placed(new, bent[new])
+            state, bent = self._started(motions, state, new, echoes, model, view)
+            shape = shape.placed(motions.columns(new), bent[motions.columns(new)])
+            probability = np.where(new[..., None], motions.at_first(new.shape), probability)
         bent_ones = shape if shape.bent.any() else None
-        return _believed(state, _of(surprise, known), view, bent_ones)
+        surprise = _of(surprise, motions.columns(known))
+        return _believed(motions, state, probability, surprise, bent_ones, view)
+
+    def _motions(self, view: View) -> Motions:
+        system = view.system
+        return motions_of(self.motion, system.slot_duration, system.filter.velocity_std)
 
     def _tracked(
-        self, belief: GroundBelief, echoes: Echoes, model: GroundMeasurement, view: View
+        self,
+        motions: Motions,
+        belief: GroundBelief,
+        echoes: Echoes,
+        model: GroundMeasurement,
+        view: View,
     ) -> tuple[posterior_linearisation.Updated, Shape]:
         """Return the posterior of known objects, and its shape.
 
@@ -149,14 +179,14 @@ class GroundTracker:
         prior, value, uav = belief.state, echoes.value, view.uav
         update = posterior_linearisation.update
         if not view.system.law_known:
-            made = update(prior, value, echoes.stated, model, uav, ROAD, self.iterations)
+            made = update(prior, value, echoes.stated, model, uav, motions.space, self.iterations)
             return made, gaussian_shape(prior.known.shape)
         found = grid_posterior(prior, belief.shape, echoes, model, view, self.points)
         fine = found.fine
         needed = prior.known & np.isfinite(found.variance).any(axis=-1)
         # the slow way only where it is needed; one fit tells the innovation
         fits = 1 if (fine | ~needed).all() else self.iterations
-        made = update(prior, value, found.variance, model, uav, ROAD, fits)
+        made = update(prior, value, found.variance, model, uav, motions.space, fits)
         fine &= needed
         state = GaussianState(
             np.where(fine[..., None], found.mean, made.state.mean),
@@ -167,6 +197,7 @@ class GroundTracker:
 
     def _started(
         self,
+        motions: Motions,
         state: GaussianState,
         new: BoolArray,
         echoes: Echoes,
@@ -175,21 +206,23 @@ class GroundTracker:
     ) -> tuple[GaussianState, Shape]:
         """Return the belief with a first state of the new objects, and their shape."""
         trials = np.asarray(new.any(axis=-1))
-        mean, cov, bent = self._first(echoes.of(trials), model, view_of(view, trials))
+        mean, cov, bent = self._first(motions, echoes.of(trials), model, view_of(view, trials))
         all_mean, all_cov, known = state.mean.copy(), state.cov.copy(), state.known.copy()
-        chosen = new[trials] & np.isfinite(mean).all(axis=-1)
-        place = np.zeros_like(new)
+        chosen = motions.columns(new[trials] & np.isfinite(mean).all(axis=-1))
+        mean, cov = motions.entered(mean, cov)
+        place = np.zeros_like(known)
         place[trials] = chosen
         all_mean[place], all_cov[place], known[place] = mean[chosen], cov[chosen], True
-        shape = gaussian_shape(new.shape).placed(trials, bent)
+        shape = gaussian_shape(known.shape).placed(trials, bent.for_each(motions.columns))
         return GaussianState(all_mean, all_cov, known), shape
 
     def _first(
-        self, echoes: Echoes, model: GroundMeasurement, view: View
+        self, motions: Motions, echoes: Echoes, model: GroundMeasurement, view: View
     ) -> tuple[Array, Array, Shape]:
         """Return the moments of the posterior of first measurements, and its shape."""
         system = view.system
-        stds = system.filter.velocity_prior or VELOCITY_PRIOR, system.altitude_std
+        velocity = system.filter.velocity_prior or VELOCITY_PRIOR
+        stds = (velocity, *(0.0,) * motions.extra, system.altitude_std)
 
         def law(grid: PositionGrid) -> Array:
             known = system.law_known
@@ -202,23 +235,28 @@ class GroundTracker:
 
 
 def _believed(
+    motions: Motions,
     state: GaussianState,
+    probability: Array,
     surprise: fading.Surprise,
+    shape: Shape | None,
     view: View,
-    shape: Shape | None = None,
     *,
     one_side: bool = False,
 ) -> GroundBelief:
     """Return a belief with its report; an object that no angle and distance fit is unknown."""
-    tracks = reported(state, view.uav, view.roster, shape, one_side=one_side)
-    if not np.array_equal(tracks.known, state.known):
-        lives = tracks.known
+    whole, bent = motions.mixture(state, probability), shape
+    if shape is not None and len(motions.models) > 1:
+        bent = shape.for_each(lambda values: motions.likelier(values, probability))
+    tracks = reported(whole, view.uav, view.roster, bent, one_side=one_side)
+    lives = motions.columns(tracks.known)
+    if not np.array_equal(lives, state.known):
         state = GaussianState(
             np.where(lives[..., None], state.mean, np.nan),
             np.where(lives[..., None, None], state.cov, np.nan),
             lives,
         )
-    return GroundBelief(state, surprise, tracks, shape)
+    return GroundBelief(state, surprise, tracks, shape, probability)
 
 
 def _of(surprise: fading.Surprise, known: BoolArray) -> fading.Surprise:

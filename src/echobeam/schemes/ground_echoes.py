@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,11 @@ class Echoes:
         """Return those of some trials ``(T,)``."""
         strength = None if self.strength is None else self.strength[trials]
         return Echoes(self.value[trials], self.stated[trials], strength)
+
+    def for_each(self, change: Callable[[Array], Array]) -> Echoes:
+        """Return the same with a change of the objects' axis."""
+        strength = None if self.strength is None else change(self.strength)
+        return Echoes(change(self.value), change(self.stated), strength)
 
     def of_objects(self, chosen: BoolArray) -> Echoes:
         """Return those of some objects ``(T, K)``, an object each: ``(M, 1, ...)``."""

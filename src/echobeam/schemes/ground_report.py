@@ -28,7 +28,7 @@ def reported(
     Parameters
     ----------
     state
-        ``(T, K)`` objects: x, v, b; NaN where one is unknown.
+        ``(T, K)`` objects: x, v, any others, b; NaN where one is unknown.
     uav
         The UAV in the slot.
     id
@@ -76,9 +76,9 @@ def _bent(
         state[..., 0] = uav.position[0] + side * np.abs(off)
     left = cov[:, 1:, 1:] - gain[:, 1:, None] * gain[:, None, 1:]
     seen = polar_of(state, uav)
-    x, depth = state[..., 0] - uav.position[0], uav.position[2] + state[..., 2]
-    effect = np.zeros((*seen.shape, 2))  # of velocity and altitude error
-    effect[..., 0, 1], effect[..., 1, 1] = x / seen[..., 1] ** 2, depth / seen[..., 1]
+    x, depth = state[..., 0] - uav.position[0], uav.position[2] + state[..., -1]
+    effect = np.zeros((*seen.shape, left.shape[-1]))  # of velocity and altitude error
+    effect[..., 0, -1], effect[..., 1, -1] = x / seen[..., 1] ** 2, depth / seen[..., 1]
     effect[..., POLAR.size - 1, 0] = 1.0
     centre = (weight[..., None] * seen).sum(axis=1)
     off = seen - centre[:, None, :]

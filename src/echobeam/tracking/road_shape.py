@@ -10,6 +10,7 @@ next slot as it is: an affine motion does not change it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -74,6 +75,10 @@ class Shape(Brief):
         log_ratio, reach = self.log_ratio.copy(), self.reach.copy()
         log_ratio[chosen], reach[chosen] = other.log_ratio, other.reach
         return Shape(log_ratio, reach)
+
+    def for_each(self, change: Callable[[Array], Array]) -> Shape:
+        """Return the same with a change of the objects' axis."""
+        return Shape(change(self.log_ratio), change(self.reach))
 
     def __getitem__(self, chosen: Any) -> Shape:
         """Return the shapes at a mask or an index of the leading axes."""
