@@ -10,7 +10,7 @@ import pytest
 import echobeam as eb
 from echobeam.faults import InputError
 from echobeam.schemes.base import SchemeError
-from echobeam.schemes.beamers import halfwidth
+from echobeam.schemes.covers import halfwidth
 from echobeam.schemes.configure import configure, configure_all, defaults, split, system_for
 from echobeam.schemes.frames import OmniFrame
 from echobeam.schemes.registry import available, available_parts, find_part

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import linear
 from echobeam.plots.looks import AREA, MAX_OBJECTS, SHORT, Look, object_look
 from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series, grid
 from echobeam.plots.source import Source
@@ -56,7 +57,7 @@ def patterns(source: Source) -> FigureData:
     shown = objects[:MAX_OBJECTS]
     scenario = source.scenario
     system = system_for(scenario, source.one_scheme())
-    array, power = system.transmitter, scenario.radio.power
+    array, power = linear(system.transmitter), scenario.radio.power
     top = 10.0 * math.log10(max(power * array.n, 1e-300)) + 3.0
     axis = Axis("Angle θ", "deg", limits=(0.0, 180.0), ticks=tuple(range(0, 181, 30)))
     gain = Axis(r"$|\mathbf{a}^H(\theta)\,\mathbf{w}_k|^2$", "dB", limits=(top - _RANGE_DB, top))

@@ -182,7 +182,7 @@ class Source:
         """Return the scenario's values for the title: antennas, height, trials."""
         parts = [scheme] * bool(scheme) + [
             f"$N_t$ = {self.scenario.array.n_tx}",
-            f"$h$ = {self.scenario.uav.height:g} m",
+            f"$h$ = {self.scenario.uav.start(self.scenario.geometry)[2]:g} m",
             self._trial() if one_trial else f"{self.trials} trial{'s' * (self.trials != 1)}",
         ]
         if self.choice.slots and not one_trial:

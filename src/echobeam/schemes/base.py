@@ -14,9 +14,11 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.faults import InputError, RunError
-from echobeam.physics.array import LinearArray
+from echobeam.physics.coordinates import Geometry
 from echobeam.physics.detection import DetectionLaw
+from echobeam.physics.planar import AntennaArray
 from echobeam.physics.polar import POLAR
+from echobeam.physics.road import ROAD_GEOMETRY
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.tables import (
     ArrayTable,
@@ -72,6 +74,8 @@ class System(Brief):
     altitude_std
         Standard deviation of the UAV's known height over the ground under an object, m: of
         altimeter and terrain together.
+    geometry
+        Coordinates of states and measurements.
     """
 
     array: ArrayTable
@@ -85,9 +89,10 @@ class System(Brief):
     law_known: bool
     tracks: TracksTable
     altitude_std: float
+    geometry: Geometry = ROAD_GEOMETRY
 
     @property
-    def transmitter(self) -> LinearArray:
+    def transmitter(self) -> AntennaArray:
         """The transmit array."""
         return self.law.transmitter
 
@@ -177,7 +182,8 @@ class Decision(Brief):
     mode
         ``(T,)`` `Mode`: a label for people and plots.
     covered
-        ``(T, C)`` rad: half-width that the beam was designed to cover; NaN without a design.
+        ``(T, C)`` rad: half-width that the beam was designed to cover; NaN without a design. On
+        the ground ``(T, C, 2, 2)``: the matrices of the ellipses, in direction cosines.
     fallback
         ``(T,)``: whether the beams are a fallback of the design.
     messages

@@ -10,6 +10,7 @@ import numpy as np
 from echobeam.beamforming.expected.beliefs import BeliefBatch, check_least_snr, check_outage
 from echobeam.beamforming.expected.design import design_expected
 from echobeam.physics.link import channel_loss
+from echobeam.physics.planar import linear
 from echobeam.schemes.base import View
 from echobeam.schemes.beamers import Aim, Beams, Target
 from echobeam.values import Array, Tracks
@@ -63,7 +64,7 @@ class PosteriorBeamer:
             active=active,
             min_rate=np.full(active.shape[-1], system.coverage.min_rate),
             power=radio.power,
-            array=system.transmitter,
+            array=linear(system.transmitter),
             outage=self.outage,
             least_snr=self.least_snr,
             warm_start=view.memory,

@@ -15,12 +15,14 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.physics import transmission
+from echobeam.physics.array import LinearArray
 from echobeam.physics.measurement import measured_place
 from echobeam.physics.polar import POLAR
 from echobeam.schemes.base import Decision, View, no_tracks, reported
+from echobeam.schemes.models import motion_of
 from echobeam.schemes.parts import PartsBelief, SchemeOfParts, in_order
 from echobeam.schemes.shared import share
-from echobeam.schemes.trackers import ExtendedKalman, polar_motion
+from echobeam.schemes.trackers import ExtendedKalman
 from echobeam.tracking import bank as banks
 from echobeam.tracking import filter as ekf
 from echobeam.tracking.bank import Bank, LifeRules
@@ -127,7 +129,7 @@ class Unlabelled:
 
     def predict(self, belief: UnlabelledBelief, view: View) -> UnlabelledBelief:
         """Return the prediction of every track, Eqs. (44)-(46)."""
-        state = ekf.predict(belief.bank.state, polar_motion(view), view.uav_before)
+        state = ekf.predict(belief.bank.state, motion_of(view.system), view.uav_before)
         bank = banks.pruned(replace(belief.bank, state=state))
         own, tracks = None, bank.tracks
         if not self._kalman:
@@ -152,7 +154,7 @@ class Unlabelled:
         mode = self._mode(prior, decision.mode)
         searching = mode != decision.mode
         nobody = np.zeros(id.shape, dtype=bool)
-        radio, n_tx = view.system.radio, view.system.array.n_tx
+        radio, n_tx = view.system.radio, view.system.transmitter.n
         probing = transmission.omni(nobody, radio.power, n_tx)
         sent = transmission.choose(searching, probing, decision.sent)
         beams = (mode == Mode.DIRECTIONAL)[:, None]
@@ -284,7 +286,8 @@ def _scan(detections: Detections, seen: Array, state: Array, view: View) -> Scan
     """Return the detections as an association takes them."""
     system, law = view.system, view.system.detection
     table, mirror = system.tracks, np.full_like(detections.value, np.nan)
-    if law.receiver.axis == "vertical":
+    receiver = law.receiver
+    if isinstance(receiver, LinearArray) and receiver.axis == "vertical":
         mirror = detections.value.copy()
         mirror[..., 0] = np.pi - mirror[..., 0]
     return Scan(

@@ -25,18 +25,18 @@ import numpy.typing as npt
 from echobeam.estimation.bound import information_bound, measured_information, motion_square
 from echobeam.physics.geometry import along_road_variance
 from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import geometry_of
+from echobeam.schemes.models import exact_motion, measurement_model
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import begin
-from echobeam.tracking.evolution import evolution_jacobian
-from echobeam.tracking.measurement import measurement_jacobian
-from echobeam.values import Array
+from echobeam.values import Array, UavState
 
 if TYPE_CHECKING:
     import xarray as xr
 
 CHUNK = 256
 
-BOUND_NEEDS = ("truth", "true_var", "predicted_cov", "estimated", "uav_velocity")
+BOUND_NEEDS = ("truth", "true_var", "predicted_cov", "estimated", "uav_position", "uav_velocity")
 """Variables of a result that the bound is made of."""
 
 TERMS = ("information", "motion", "motion_square", "predictions", "estimates")
@@ -68,7 +68,8 @@ def with_bound(result: xr.Dataset, scenario: Scenario) -> xr.Dataset:
             for index in range(result.sizes["scheme"])
         ]
     )
-    attributes = {"units": "rad, m, m/s", "long_name": "posterior Cramer-Rao bound (std)"}
+    units = ", ".join(geometry_of(scenario).space.units)
+    attributes = {"units": units, "long_name": "posterior Cramer-Rao bound (std)"}
     return result.assign(bound=(("scheme", "slot", "object", "state"), bounds, attributes))
 
 
@@ -96,11 +97,17 @@ def bound_terms(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
     truth = np.asarray(arrays["truth"], dtype=np.float64)
     variance = np.asarray(arrays["true_var"], dtype=np.float64)
     trials, schemes = len(truth), len(variance)
-    velocity = np.asarray(arrays["uav_velocity"], dtype=np.float64)
-    speed = np.hypot(velocity[:, 0], velocity[:, 2])[:, None]
-    heading = np.arctan2(velocity[:, 2], velocity[:, 0])[:, None]
-    G = evolution_jacobian(truth[:, :-1], speed[:-1], heading[:-1], scenario.frame.slot, "exact")
-    H = measurement_jacobian(truth, speed, heading, scenario.radio.carrier)
+    position, velocity = (
+        np.asarray(arrays[name], dtype=np.float64)[:, None]
+        for name in ("uav_position", "uav_velocity")
+    )
+    geometry = geometry_of(scenario)
+    G = exact_motion(geometry, scenario.frame.slot).jacobian(
+        truth[:, :-1], UavState(position[:-1], velocity[:-1])
+    )
+    H = measurement_model(geometry, scenario.radio.carrier).jacobian(
+        truth, UavState(position, velocity)
+    )
     doubt = np.diagonal(np.asarray(arrays["predicted_cov"], dtype=np.float64), axis1=-2, axis2=-1)
     doubtful = (doubt > 0).all(axis=-1).sum(axis=(1, 2, 3))
     alike = {
@@ -136,7 +143,7 @@ def bound_of(terms: Mapping[str, Array], scenario: Scenario) -> Array:
     information = terms["information"]
     predictions, trials = terms["predictions"]
     if predictions == 0:
-        return np.full((*information.shape[:2], 3), np.nan)
+        return np.full(information.shape[:3], np.nan)
     F, Q = terms["motion"] / trials, _process(scenario, len(information))
     # E[(G - F)^T Q^-1 (G - F)] from sums that can be added up; zero without process noise.
     scatter = terms["motion_square"] / trials - motion_square(F[None], Q)

@@ -15,6 +15,7 @@ import numpy as np
 
 from echobeam.physics.detection import DetectionLaw
 from echobeam.physics.measurement import measured_place
+from echobeam.physics.planar import linear
 from echobeam.schemes.base import Decision
 from echobeam.schemes.configure import detection_of
 from echobeam.sensing.directions import angle_of, mirrored
@@ -118,7 +119,7 @@ def _exceeding(law: DetectionLaw, snr: Array, luck: Array) -> Array:
     from scipy.special import log_ndtr
 
     with np.errstate(divide="ignore", invalid="ignore"):
-        least = -np.log(law.false_alarm) / (law.receiver.n * snr)
+        least = -np.log(law.false_alarm) / (law.receiver.elements * snr)
     strength: Array = least - log_ndtr(luck)
     return strength
 
@@ -136,7 +137,7 @@ def _law_at(world: World, decision: Decision, value: Array, strength: Array) -> 
 
 def _folded(value: Array, law: DetectionLaw) -> Array:
     """Return measurements of which a vertical array gives the angle below 90 degrees."""
-    angle = mirrored(law.receiver, value[..., 0], np.zeros(1))
+    angle = mirrored(linear(law.receiver), value[..., 0], np.zeros(1))
     return np.concatenate([angle[..., None], value[..., 1:]], axis=-1)
 
 
@@ -157,7 +158,7 @@ def _false(world: World, law: DetectionLaw, receives: BoolArray) -> tuple[Array,
     low, high = law.directions
     value = np.stack(
         [
-            angle_of(law.receiver, low + (high - low) * place[..., 0]),
+            angle_of(linear(law.receiver), low + (high - low) * place[..., 0]),
             law.longest * place[..., 1],
             law.widest * (2.0 * place[..., 2] - 1.0),
         ],

@@ -20,6 +20,7 @@ from echobeam.physics.array import LinearArray
 from echobeam.physics.detection import DetectionLaw
 from echobeam.physics.link import channel_loss, rate, sinr
 from echobeam.physics.measurement import measure
+from echobeam.physics.planar import linear
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import detection_of
@@ -190,7 +191,7 @@ def power_scale(scenario: Scenario) -> PowerScale:
 def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
     """Return the budgets of the objects present in a slot of one trial."""
     scenario, law = world.scene.scenario, world.scene.law
-    radio, array = scenario.radio, law.transmitter
+    radio, array = scenario.radio, linear(law.transmitter)
     here, seen = np.flatnonzero(world.present), detection_of(scenario)
     state = world.state[0, here]
     omni = transmission.omni(np.ones(len(here), dtype=np.bool_), radio.power, array.n)

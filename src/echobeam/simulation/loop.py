@@ -79,6 +79,11 @@ class SlotRecord:
     track_state: Array | None = None
 
     @property
+    def cover(self) -> Array:
+        """Covers of the ground's geometry, ``(T, K, 2, 2)``: what `covered` is there."""
+        return self.covered
+
+    @property
     def phase(self) -> str:
         """Name of the mode, "mixed" where trials differ."""
         modes = np.unique(self.mode).tolist()
@@ -190,7 +195,7 @@ def _sense(
     echoes = sense(world, decision)
     knowledge = world.scene.scenario.radar.variance
     detections = receive(
-        echoes, world.identity, predicted, decision.sent, world.scene.law, knowledge
+        echoes, world.identity, predicted, decision.sent, world.scene, world.uav, knowledge
     )
     return detections, Sensed(echoes.snr, detections.value, detections.variance, echoes.variance)
 
@@ -315,7 +320,7 @@ def _tracks(configured: ConfiguredScheme, belief: object, call: str, world: Worl
     label = f"scheme {configured.name!r}, tracks from {call} of slot {world.slot + 1}"
     with _Answering(configured, call, world):
         tracks = reported(belief, f"scheme {configured.name!r}", call)
-        check_tracks(label, tracks, len(world.trials))
+        check_tracks(label, tracks, len(world.trials), configured.system.geometry.space.size)
         if not _by_label(world, configured):
             check_identities(label, tracks)
     freeze(tracks.mean, tracks.cov, tracks.status)

@@ -168,13 +168,14 @@ def mover_of(scenario: Scenario, flight: Flight) -> Mover:
     """
     if scenario.trace is not None:
         return Traced(_read_trace(scenario, flight))
-    angle = np.array([item.angle for item in scenario.objects], dtype=float)
+    starts = np.array([item.along_road for item in scenario.objects], dtype=float).reshape(-1, 3)
+    angle, velocity, acceleration = np.ascontiguousarray(starts.T)
     slot = scenario.frame.slot
     ends = [np.inf if item.leaves is None else item.leaves for item in scenario.objects]
     return Kinematic(
         x=initial_distance(angle, scenario.uav.height) * exact_cosine(angle),
-        velocity=np.array([item.velocity for item in scenario.objects], dtype=float),
-        acceleration=np.array([item.acceleration for item in scenario.objects], dtype=float),
+        velocity=velocity,
+        acceleration=acceleration,
         slot_duration=scenario.frame.slot,
         noise=scenario.truth_stds if scenario.truth.process_noise else None,
         first=_slot_at([item.appears for item in scenario.objects], slot),

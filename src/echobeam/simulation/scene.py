@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from echobeam.physics.geometry import polar_state
+from echobeam.physics.coordinates import Geometry
 from echobeam.physics.motion import Flight
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.configure import variance_law
+from echobeam.schemes.configure import geometry_of, variance_law
 from echobeam.simulation.grid import check_unambiguous
 from echobeam.simulation.movers import Mover, mover_of
 
@@ -27,12 +27,15 @@ class Scene:
         Motion of the objects.
     law
         Law of the measurement variance.
+    geometry
+        Coordinates of states and measurements.
     """
 
     scenario: Scenario
     flight: Flight
     mover: Mover
     law: VarianceLaw
+    geometry: Geometry
 
 
 def scene_of(scenario: Scenario) -> Scene:
@@ -46,11 +49,11 @@ def scene_of(scenario: Scenario) -> Scene:
         If the waveform folds the delay or the Doppler shift of an object present in the first slot.
     """
     flight = flight_of(scenario)
-    mover = mover_of(scenario, flight)
+    mover, geometry = mover_of(scenario, flight), geometry_of(scenario)
     if scenario.radar.model == "signal":
         ground, uav = mover.begin(), flight.at(0)
-        check_unambiguous(scenario, polar_state(ground.position, ground.velocity, uav), uav)
-    return Scene(scenario, flight, mover, variance_law(scenario))
+        check_unambiguous(scenario, geometry.state(ground.position, ground.velocity, uav), uav)
+    return Scene(scenario, flight, mover, variance_law(scenario), geometry)
 
 
 def flight_of(scenario: Scenario) -> Flight:

@@ -20,6 +20,7 @@ from echobeam.physics.bounds import Crb, measurement_variance
 from echobeam.physics.echo import illumination
 from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
 from echobeam.physics.measurement import measure
+from echobeam.physics.planar import linear
 from echobeam.physics.waveform import Waveform, factor, orthogonalised, symbols_of
 from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.model import Scenario
@@ -151,7 +152,8 @@ class _Setup:
         world = begin(scene_of(scenario.replace({"truth.process_noise": False})), 0, range(1))
         self.world, self.trials, self.seed = _first_present(world), trials, seed
         radar, law = scenario.radar, world.scene.law
-        self.arrays, self.receivers = (law.transmitter, law.receiver), law.receiver.n
+        self.arrays = linear(law.transmitter), linear(law.receiver)
+        self.receivers = law.receiver.n
         self.wave: Waveform = waveform_of(radar)
         self.processing = Processing(radar.filter, radar.cfar, radar.false_alarm)
         self.estimators: dict[str, Processing] = {
