@@ -10,8 +10,8 @@ import pytest
 import echobeam as eb
 from echobeam.faults import InputError
 from echobeam.schemes.base import SchemeError
-from echobeam.schemes.covers import halfwidth
 from echobeam.schemes.configure import configure, configure_all, defaults, split, system_for
+from echobeam.schemes.covers import halfwidth
 from echobeam.schemes.frames import OmniFrame
 from echobeam.schemes.registry import available, available_parts, find_part
 from echobeam.schemes.trackers import HeldEstimate

@@ -10,9 +10,11 @@ import numpy as np
 from echobeam.brief import Brief
 from echobeam.estimation.sigma_points import cubature_points, moments, root
 from echobeam.faults import InputError
+from echobeam.physics.plane import GroundGeometry
 from echobeam.physics.polar import physical
 from echobeam.schemes.base import View
 from echobeam.schemes.ground_echoes import Echoes, law_on, strength_of
+from echobeam.schemes.ground_plane import PlaneBelief, PlaneTracker
 from echobeam.schemes.trackers import labelled
 from echobeam.tracking import fading, filter, posterior_linearisation, road_grid
 from echobeam.tracking.ground import ROAD, GroundMeasurement, GroundMotion, polar_of
@@ -54,6 +56,10 @@ class GroundBelief(Brief):
     state: GaussianState
     surprise: fading.Surprise
     tracks: Tracks
+
+
+AnyBelief = GroundBelief | PlaneBelief
+"""Belief on the road or on the plane, by the scenario's geometry."""
 
 
 def reported(state: GaussianState, uav: UavState, id: IntArray) -> Tracks:
@@ -116,8 +122,14 @@ class GroundTracker:
                     f"{name}: {getattr(self, name)} is not accepted; expected {minimum} or more"
                 )
 
-    def start(self, view: View) -> GroundBelief:
+    @property
+    def _on_plane(self) -> PlaneTracker:
+        return PlaneTracker(adaptive=self.adaptive)
+
+    def start(self, view: View) -> AnyBelief:
         """Return no knowledge."""
+        if isinstance(view.system.geometry, GroundGeometry):
+            return self._on_plane.start(view)
         shape = view.roster.shape
         nothing = GaussianState(
             mean=np.full((*shape, ROAD.size), np.nan),
@@ -126,8 +138,10 @@ class GroundTracker:
         )
         return _believed(nothing, fading.no_surprise(shape), view)
 
-    def predict(self, belief: GroundBelief, view: View) -> GroundBelief:
+    def predict(self, belief: AnyBelief, view: View) -> AnyBelief:
         """Return the prediction of this slot; objects that left the roster are forgotten."""
+        if isinstance(belief, PlaneBelief):
+            return self._on_plane.predict(belief, view)
         stays = belief.tracks.id == view.roster
         state, surprise = belief.state, belief.surprise
         if not stays.all():
@@ -136,8 +150,10 @@ class GroundTracker:
         motion = GroundMotion(view.system.slot_duration, view.system.filter.velocity_std)
         return _believed(filter.predict(state, motion, view.uav_before), surprise, view)
 
-    def update(self, prior: GroundBelief, detections: Detections, view: View) -> GroundBelief:
+    def update(self, prior: AnyBelief, detections: Detections, view: View) -> AnyBelief:
         """Return the posterior of known objects and the first state of new ones."""
+        if isinstance(prior, PlaneBelief):
+            return self._on_plane.update(prior, detections, view)
         value, stated = labelled(detections, prior.tracks.id)
         value = np.where(np.isfinite(stated), value, np.nan)
         measured = np.isfinite(value)
