@@ -48,11 +48,11 @@ def cosine_belief(tracks: Tracks, geometry: GroundGeometry, uav: UavState) -> Co
     uav
         The UAV in the slot.
     """
-    centre = geometry.place(tracks.mean, uav)
+    centre = geometry.place(tracks.mean, uav)[..., :3]
     with np.errstate(all="ignore"):  # columns without a track, and objects behind the array
         points = np.zeros((*tracks.known.shape, 4, 4))
         points[..., :2] = cubature_points(tracks.mean[..., :2], root(tracks.cov[..., :2, :2]))
-        shift, cov = moments(geometry.place(points, uav) - centre[..., None, :])
+        shift, cov = moments(geometry.place(points, uav)[..., :3] - centre[..., None, :])
         mean = centre + shift
         axes = principal_root(cov[..., :2, :2])
         length = np.sqrt(np.square(axes).sum(axis=-1, keepdims=True))

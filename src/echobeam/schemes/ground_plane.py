@@ -185,7 +185,8 @@ class Radar:
 
         def variance(state: Array) -> Array:
             shape = state.shape[:-1]
-            place = self._place(state).reshape(shape[0], -1, 3)
+            place = self._place(state)
+            place = place.reshape(shape[0], -1, place.shape[-1])
             snr = system.law.snr(part, place, along=True).reshape(shape)
             if strength is not None:
                 snr = snr * strength
@@ -195,11 +196,13 @@ class Radar:
         return variance
 
     def _place(self, state: Array) -> Array:
-        """Return direction cosines and distance, ``(..., 3)``; behind the array it is infinite."""
+        """Return the places of states ``(..., 5)``, as much lower as their altitude error says."""
+        place = self.geometry.place(state[..., :4], self.view.uav)
         seen = self.model.expected(state, self.view.uav)[..., :3]
-        behind = np.isinf(self.geometry.place(state[..., :4], self.view.uav)[..., 2])
-        distance = np.where(behind, np.inf, 0.5 * SPEED_OF_LIGHT * seen[..., 2])
-        return np.concatenate([seen[..., :2], distance[..., None]], axis=-1)
+        place[..., :2] = seen[..., :2]
+        behind = np.isinf(place[..., 2])
+        place[..., 2] = np.where(behind, np.inf, 0.5 * SPEED_OF_LIGHT * seen[..., 2])
+        return place
 
 
 def _strength(
