@@ -9,9 +9,12 @@ from scipy.special import i0e
 
 from echobeam.physics.array import LinearArray
 from echobeam.physics.detection import DetectionLaw, detection_law, detection_probability
+from echobeam.physics.fluctuation import STEADY, LogNormal, SwerlingOne
 
 BAND = 4.5
 """Standard deviations of a binomial share: beyond it with probability 7e-6."""
+
+LAWS = [STEADY, SwerlingOne(), LogNormal(3.41)]
 
 
 def law_of(axis="vertical", n=8, spacing=0.5, **changes) -> DetectionLaw:
@@ -23,22 +26,23 @@ def law_of(axis="vertical", n=8, spacing=0.5, **changes) -> DetectionLaw:
         "pulse_length": 1e-4,
         "carrier": 30e9,
         "uav_speed": 20.0,
-        "fluctuating": False,
+        "fluctuation": STEADY,
     }
     return detection_law(LinearArray(n, spacing, axis), **values | changes)
 
 
 @pytest.mark.parametrize("false_alarm", [1e-1, 1e-2])
 @pytest.mark.parametrize("snr", [0.0, 0.5, 3.0, 10.0])
-@pytest.mark.parametrize("fluctuating", [False, True])
-def test_a_simulated_square_law_detector_detects_as_often(snr, false_alarm, fluctuating):
+@pytest.mark.parametrize("fluctuation", LAWS)
+def test_a_simulated_square_law_detector_detects_as_often(snr, false_alarm, fluctuation):
     rng = np.random.default_rng(7)
     draws = 200_000
-    noise, echo = (rng.standard_normal((2, draws, 2)) @ np.array([1.0, 1j])) / np.sqrt(2.0)
-    amplitude = echo if fluctuating else np.exp(2j * np.pi * rng.random(draws))
+    normals, echo = rng.standard_normal((2, draws, 2))
+    noise = (normals @ np.array([1.0, 1j])) / np.sqrt(2.0)
+    amplitude = fluctuation.amplitude(echo)
     power = np.abs(np.sqrt(snr) * amplitude + noise) ** 2  # of noise alone: exponential, mean 1
     share = np.mean(power > -np.log(false_alarm))
-    expected = float(detection_probability(snr, false_alarm, fluctuating=fluctuating))
+    expected = float(detection_probability(snr, false_alarm, fluctuation))
     assert abs(share - expected) < BAND * np.sqrt(expected * (1.0 - expected) / draws)
 
 
@@ -67,20 +71,20 @@ def test_swerling_one_is_the_mean_over_exponential_strengths(mean, false_alarm):
         return np.exp(-strength) * float(detection_probability(mean * strength, false_alarm))
 
     expected = quad(weighted, 0.0, 50.0, epsabs=1e-10, limit=200)[0]
-    found = float(detection_probability(mean, false_alarm, fluctuating=True))
+    found = float(detection_probability(mean, false_alarm, SwerlingOne()))
     assert found == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize("fluctuating", [False, True])
-def test_limits_are_the_false_alarm_and_certainty(fluctuating):
+@pytest.mark.parametrize("fluctuation", LAWS)
+def test_limits_are_the_false_alarm_and_certainty(fluctuation):
     for false_alarm in (1e-2, 1e-9):
-        found = detection_probability([0.0, -1.0], false_alarm, fluctuating=fluctuating)
+        found = detection_probability([0.0, -1.0], false_alarm, fluctuation)
         np.testing.assert_allclose(found, false_alarm, rtol=1e-10)
-    many = detection_probability(np.geomspace(1e-3, 1e12, 60), 1e-6, fluctuating=fluctuating)
+    many = detection_probability(np.geomspace(1e-3, 1e12, 60), 1e-6, fluctuation)
     assert np.isfinite(many).all()
     assert (np.diff(many) >= -1e-12).all()
     assert many[-1] == pytest.approx(1.0, abs=1e-9)
-    empty = detection_probability(np.empty((3, 0)), 1e-6, fluctuating=fluctuating)
+    empty = detection_probability(np.empty((3, 0)), 1e-6, fluctuation)
     assert empty.shape == (3, 0)
 
 
@@ -115,8 +119,8 @@ def test_what_is_searched_covers_the_grid_and_the_road():
 
 
 def test_the_gain_of_the_receive_array_is_in_the_snr_of_a_cell():
-    for fluctuating in (False, True):
-        law = law_of(n=12, fluctuating=fluctuating)
+    for fluctuation in LAWS:
+        law = law_of(n=12, fluctuation=fluctuation)
         snr = np.array([0.0, 0.3, 2.0])
-        expected = detection_probability(12 * snr, 1e-5, fluctuating=fluctuating)
+        expected = detection_probability(12 * snr, 1e-5, fluctuation)
         np.testing.assert_array_equal(law.probability(snr), expected)

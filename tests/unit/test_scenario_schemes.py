@@ -128,7 +128,8 @@ def test_parameters_are_frozen_and_travel():
         (
             "scheme_parameters={}",
             "scheme_parameters: unknown key; accepted here: name, description, schemes, trials, "
-            "array, radio, radar, uav, objects, frame, filter, coverage, tracks, truth, trace",
+            "geometry, array, radio, radar, uav, objects, frame, filter, coverage, tracks, truth, "
+            "trace",
         ),
     ],
 )

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import echobeam as eb
 from echobeam.estimation.consistency import chi_square_band, nees
@@ -11,51 +12,55 @@ from echobeam.faults import InputError
 from echobeam.physics import transmission
 from echobeam.scenario import load_scenario
 from echobeam.schemes.configure import configure
-from echobeam.schemes.ground import GroundTracker, reported
+from echobeam.schemes.ground import GroundTracker
+from echobeam.schemes.ground_report import reported
 from echobeam.simulation.loop import run_slots
-from echobeam.simulation.movers import Ground, Mover
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import begin
 from echobeam.tracking.ground import polar_of
+from echobeam.tracking.road_shape import POINTS, REACH, gaussian_shape
 from echobeam.values import GaussianState, UavState
 
 GROUND = "water-filling:tracker=ground"
 HARD = [(60, 100, 1.0), (45, 110, 1.0), (75, 140, 1.0), (45, 140, 0.3)]
 """Angle and height of the object at first, and P_T."""
+DRAWN = {"truth.altitude_errors": True}
+
+
+def records(scheme, place, trials=200, seed=1, **changes):
+    return followed(scheme, place, trials, seed, **changes)[0]
 
 
 @dataclass(frozen=True)
-class Raised:
-    """A mover on ground that is higher than the UAV thinks, by `heights` ``(T,)``."""
+class Following:
+    """A tracker whose posteriors are noted down."""
 
-    mover: Mover
-    heights: np.ndarray
+    tracker: GroundTracker
+    noted: list
 
-    @property
-    def names(self):
-        return self.mover.names
+    parameters = GroundTracker.parameters
 
-    def begin(self) -> Ground:
-        return self._raised(self.mover.begin())
+    def start(self, view):
+        return self.tracker.start(view)
 
-    def advance(self, ground, slot, uav, seed, trials) -> Ground:
-        return self._raised(self.mover.advance(ground, slot, uav, seed, trials))
+    def predict(self, belief, view):
+        return self.tracker.predict(belief, view)
 
-    def _raised(self, ground: Ground) -> Ground:
-        shape = (len(self.heights), *ground.position.shape[1:])
-        position = np.broadcast_to(ground.position, shape).copy()
-        position[..., 2] = self.heights[:, None]
-        return replace(ground, position=position, velocity=np.broadcast_to(ground.velocity, shape))
+    def update(self, prior, detections, view):
+        self.noted.append(self.tracker.update(prior, detections, view))
+        return self.noted[-1]
 
 
-def records(scheme, place, heights=None, trials=200, seed=1, **changes):
+def followed(scheme, place, trials=200, seed=1, **changes):
+    """Records of all slots, and the tracker's own beliefs."""
     angle, height, power = place
     start = {"objects.0.angle": f"{angle} deg", "uav.height": f"{height} m", "radio.power": power}
     scenario = load_scenario("paper-single", start | changes)
-    scene = scene_of(scenario)
-    if heights is not None:
-        scene, trials = replace(scene, mover=Raised(scene.mover, heights)), len(heights)
-    return list(run_slots(begin(scene, seed, range(trials)), configure(scenario, scheme)))
+    made, noted = configure(scenario, scheme), []
+    if isinstance(made.scheme.tracker, GroundTracker):
+        tracker = Following(made.scheme.tracker, noted)
+        made = replace(made, scheme=replace(made.scheme, tracker=tracker))
+    return list(run_slots(begin(scene_of(scenario), seed, range(trials)), made)), noted
 
 
 def rates(made):
@@ -78,13 +83,22 @@ def errors(made, only=slice(None)):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("place", HARD)
-def test_the_report_is_consistent_in_every_slot(place):
-    """Heights drawn from the stated law: all three components inside their 99.9 % band."""
-    heights = np.sqrt(0.5) * np.random.default_rng(7).standard_normal(200)
-    low, high = chi_square_band(3, 200, 0.999)
-    mean = errors(records(GROUND, place, heights)).mean(axis=1)
-    assert (mean > low).all()
-    assert (mean < high).all()
+def test_report_and_state_are_consistent_in_every_slot(place):
+    """Heights drawn from the stated law: inside their 99.9 % bands, the altitude error included."""
+    made, beliefs = followed(GROUND, place, trials=500, **DRAWN)
+    low, high = chi_square_band(3, 500, 0.999)
+    true = [
+        np.stack([one.position[:, 0, 0], one.truth[:, 0, 2], -one.position[:, 0, 2]], axis=-1)
+        for one in made
+    ]
+    own = [
+        nees(belief.state.mean[:, 0] - state, belief.state.cov[:, 0], ())
+        for belief, state in zip(beliefs, true, strict=True)
+    ]
+    for found in (errors(made), own):
+        mean = np.mean(found, axis=1)
+        assert (mean > low).all()
+        assert (mean < high).all()
 
 
 @pytest.mark.slow
@@ -113,9 +127,9 @@ def test_ground_five_metres_elsewhere_costs_rate_and_no_track(place, height):
     The position is no further off than the exact distance and the wrong height would put it, or
     than the point below the UAV: near 90 degrees the array measures no angle to contradict.
     """
-    heights = np.full(200, height)
-    made = records(GROUND, place, heights)
-    unaided = np.quantile(rates(records("water-filling", place, heights)), 0.05)
+    raised = {"truth.terrain": height}
+    made = records(GROUND, place, **raised)
+    unaided = np.quantile(rates(records("water-filling", place, **raised)), 0.05)
     assert np.quantile(rates(made), 0.05) > unaided
     last = made[-1]
     found, truth = (
@@ -126,12 +140,20 @@ def test_ground_five_metres_elsewhere_costs_rate_and_no_track(place, height):
     bound = np.maximum(misled, np.abs(truth)) if place[0] > 70 else misled
     assert np.isfinite(found).all()
     assert np.median(np.abs(found - truth)) < np.median(bound)
-    stubborn = records(f"{GROUND},adaptive=false", place, heights)
+    stubborn = records(f"{GROUND},adaptive=false", place, **raised)
     assert errors(made)[-1].mean() < errors(stubborn)[-1].mean()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scheme", [GROUND, "temporal:tracker=ground", "pilot:tracker=ground"])
+@pytest.mark.parametrize(
+    "scheme",
+    [
+        GROUND,
+        f"{GROUND},motion=imm",
+        "temporal:tracker=ground",
+        "pilot:tracker=ground",
+    ],
+)
 def test_it_keeps_the_rules_of_a_scheme(scheme):
     eb.testing.check_scheme(scheme)
 
@@ -187,6 +209,30 @@ def test_the_report_has_the_moments_of_draws():
     np.testing.assert_allclose(relative, 0.0, atol=1e-2)
 
 
+@pytest.mark.parametrize("one_side", [False, True])
+def test_the_report_of_two_sides_has_the_moments_of_draws(one_side):
+    """A normal over 40 m and one at its mirror image, with shares of 0.8 and 0.2."""
+    uav = UavState(np.array([3.0, 0.0, 90.0]), np.zeros(3))
+    rng = np.random.default_rng(3)
+    x = np.where(rng.random(400_000) < 0.8, 40.0, -40.0) + 4.0 * rng.standard_normal(400_000)
+    draws = np.stack([3.0 + x, *([[20.0], [0.7]] * rng.standard_normal((2, 400_000)))], axis=-1)
+    state = belief(draws.mean(axis=0), np.diag(draws.std(axis=0)))
+    shape = gaussian_shape((1, 1))
+    std = draws[:, 0].std()
+    u = np.linspace(-REACH, REACH, POINTS)
+    at = draws[:, 0].mean() + std * u - 3.0
+    density = 0.8 * norm.pdf(at, 40.0, 4.0) + 0.2 * norm.pdf(at, -40.0, 4.0)
+    shape.log_ratio[0, 0] = np.log(density * std / norm.pdf(u))
+    found = reported(state, uav, np.zeros((1, 1), dtype=np.int64), shape, one_side=one_side)
+    if one_side:
+        draws[:, 0] = 3.0 + np.abs(x)
+    seen = polar_of(draws, uav)
+    scale = seen.std(axis=0)
+    np.testing.assert_allclose((found.mean[0, 0] - seen.mean(axis=0)) / scale, 0.0, atol=2e-2)
+    relative = (found.cov[0, 0] - np.cov(seen.T)) / np.outer(scale, scale)
+    np.testing.assert_allclose(relative, 0.0, atol=3e-2)
+
+
 def test_a_place_above_the_uav_is_no_report():
     uav = UavState(np.array([0.0, 0.0, 2.0]), np.zeros(3))
     state = belief([4.0, 0.0, -3.0], np.diag([0.1, 1.0, 0.1]))
@@ -209,6 +255,55 @@ def test_the_echo_of_many_directions_is_that_of_each(along):
         snr = law.snr(sent, state, along=along)
         single = [law.snr(sent, state[:, [k]]) for k in range(50)]
         np.testing.assert_allclose(snr, np.concatenate(single, axis=1), rtol=1e-9)
+
+
+BRAKING = {
+    "objects.0.velocity": "20 m/s",
+    "objects.0.acceleration": "-6 m/s^2",
+    "frame.frames": 3,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", ["ca", "imm"])
+def test_a_braking_object_is_followed_better_with_an_acceleration(motion):
+    """At high power: half the error of the velocity after 300 ms, and not overconfident.
+
+    With too small a noise for constant velocity the filter without an acceleration is: the object
+    loses 0.06 m/s in a slot.
+    """
+    place, low = (60, 100, 1e4), f"{GROUND},velocity_std=0.005"
+
+    def velocity(made):
+        return np.sqrt(np.mean((made[-1].estimated - made[-1].truth)[:, 0, 2] ** 2))
+
+    plain, made = (
+        records(scheme, place, **BRAKING, **DRAWN)
+        for scheme in (GROUND, f"{GROUND},motion={motion}")
+    )
+    assert velocity(made) < 0.5 * velocity(plain)
+    calm, mixed = (
+        errors(records(scheme, place, **BRAKING, **DRAWN))[-1].mean()
+        for scheme in (low, f"{low},motion={motion}")
+    )
+    upper = chi_square_band(3, 200, 0.999)[1]
+    assert calm > upper
+    assert mixed < upper
+
+
+@pytest.mark.slow
+def test_models_of_motion_do_not_matter_where_they_cannot_be_told_apart():
+    """At P_T = 1 a frame of 100 ms does not show an acceleration: rates within 1e-3."""
+    place = (60, 100, 1.0)
+    rate = [
+        rates(records(f"{GROUND},motion={motion}", place)).mean() for motion in ("cv", "ca", "imm")
+    ]
+    assert rate[1:] == pytest.approx([rate[0]] * 2, rel=1e-3)
+
+
+def test_an_unknown_motion_is_refused():
+    with pytest.raises(InputError, match="motion: 'jerk' is not accepted; expected one of cv, ca"):
+        GroundTracker(motion="jerk")
 
 
 @pytest.mark.parametrize("name", ["points", "first_points", "iterations"])

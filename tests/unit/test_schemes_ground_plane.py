@@ -56,7 +56,7 @@ def test_rates_are_those_of_a_filter_that_knows_the_variance_and_nothing_is_over
         assert ratio.mean() > prototype[0] - 3.0 * ratio.std() / np.sqrt(trials)
         assert np.quantile(ratio, 0.05) > prototype[1] - 0.012
         assert (errors(result, name).mean(axis=1) < chi_square_band(4, trials, 0.999)[1]).all()
-        assert ratio.mean() > plain.mean() - 3.0 * (ratio - plain).std() / np.sqrt(trials)
+        assert ratio.mean() > plain.mean() - 1e-3  # whose height is exact, as it is here
         assert np.isfinite(result["estimated"].sel(scheme=name)).all()
 
 
@@ -77,7 +77,7 @@ def test_posterior_beams_are_above_all_others_where_the_belief_is_wide():
     "changes",
     [
         {"radar.variance": "known"},
-        {"radar.crb": "exact"},
+        {"radar.crb": "exact", "radio.power": 64.0},  # which has no gain of sending
         {"radar.fluctuation": "swerling1"},
         {"uav.altimeter_std": 0, "uav.terrain_std": 0},
         {"uav.velocity": ["10 m/s", "0 m/s", "-3 m/s"]},
@@ -141,4 +141,4 @@ def test_a_belief_without_an_end_and_one_behind_the_array_are_no_trouble():
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", [GROUND, POSTERIOR])
 def test_it_keeps_the_rules_of_a_scheme(scheme):
-    eb.testing.check_scheme(scheme, scenario="ground")
+    eb.testing.check_scheme(scheme)

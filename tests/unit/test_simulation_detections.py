@@ -65,10 +65,10 @@ def true_values(world):
     return measure(angle, distance, velocity, uav.speed, uav.heading, 30e9)[0]
 
 
-@pytest.mark.parametrize("fluctuation", ["none", "swerling1"])
+@pytest.mark.parametrize("target", ["constant", "swerling1", "3gpp-vehicle"])
 @pytest.mark.parametrize("power", [300.0, 1000.0, 1500.0])
-def test_objects_are_detected_as_often_as_the_law_says(fluctuation, power):
-    world = world_of(scenario_of(**{"radar.fluctuation": fluctuation}))
+def test_objects_are_detected_as_often_as_the_law_says(target, power):
+    world = world_of(scenario_of(**{"radar.target": target}))
     decision = omni_slot(world, power)
     _, sensed = detect(world, decision)
     law, trials = detection_of(world.scene.scenario), len(world.trials)
@@ -152,9 +152,9 @@ def test_objects_in_other_columns_give_the_same_detections():
     np.testing.assert_allclose(one.variance, other.variance, rtol=1e-12)
 
 
-@pytest.mark.parametrize("fluctuation", ["none", "swerling1"])
-def test_a_trial_is_the_same_however_the_work_is_split(fluctuation):
-    scenario = scenario_of(**{"radar.clutter": 2.0, "radar.fluctuation": fluctuation})
+@pytest.mark.parametrize("target", ["constant", "swerling1", "3gpp-vehicle"])
+def test_a_trial_is_the_same_however_the_work_is_split(target):
+    scenario = scenario_of(**{"radar.clutter": 2.0, "radar.target": target})
     (whole,) = _detected(scenario, range(6))
     parts = [part for split in (range(3), range(3, 6)) for part in _detected(scenario, split)]
     for trial in range(6):
@@ -261,11 +261,11 @@ def test_the_stated_variance_is_that_of_the_measured_place():
         np.testing.assert_allclose(sensed.true_var[:, 0], at_truth, rtol=1e-12)
 
 
-@pytest.mark.parametrize("fluctuation", ["none", "swerling1"])
+@pytest.mark.parametrize("target", ["constant", "swerling1", "3gpp-vehicle"])
 @pytest.mark.parametrize("variance", ["predicted", "known"])
-def test_the_stated_variance_gives_no_false_detection_away(fluctuation, variance):
+def test_the_stated_variance_gives_no_false_detection_away(target, variance):
     """A scheme knows the law: where one states exactly the law at its place, so must all."""
-    changes = {"radar.fluctuation": fluctuation, "radar.variance": variance, "radar.clutter": 5.0}
+    changes = {"radar.target": target, "radar.variance": variance, "radar.clutter": 5.0}
     world = world_of(scenario_of(**changes), range(100))
     decision = omni_slot(world)
     found, sensed = detect(world, decision)
@@ -275,7 +275,7 @@ def test_the_stated_variance_gives_no_false_detection_away(fluctuation, variance
     place = np.stack([angle, 0.5 * 299792458.0 * delay, np.zeros_like(angle)], axis=-1)
     law = world.scene.law.variance(decision.sent, place)
     exact = np.isclose(found.variance, law, rtol=1e-9).all(axis=-1)
-    plain = fluctuation == "none" and variance == "predicted"
+    plain = target == "constant" and variance == "predicted"
     assert mine.any()
     assert (~mine & found.valid).any()
     assert (exact[mine] == plain).all()

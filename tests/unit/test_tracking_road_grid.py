@@ -91,7 +91,7 @@ def test_a_first_state_is_that_of_one_fine_grid(accuracy):
     value = MODEL.expected(np.array([57.0, 12.0, 0.5]), UAV) + accuracy * STD
     variance = np.broadcast_to((accuracy * STD) ** 2, (1, 1, 3))
     stds = (30.0, 0.7)
-    mean, cov = first_state(value[None], lambda grid: variance, MODEL, UAV, stds, 64)
+    _, _, mean, cov = first_state(value[None], lambda grid: variance, MODEL, UAV, stds, 64)
     whole = flat_grid(np.array([37.0]), np.array([77.0]), 40_000, stds)
     _, exact, spread = posterior(whole, value[None], variance, MODEL, UAV)
     scale = np.sqrt(spread[0].diagonal())

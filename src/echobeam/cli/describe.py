@@ -115,6 +115,7 @@ def _setting(scenario: Scenario) -> list[str]:
         f"integration {_gain(radar)}, {radar.crb} bound, variance "
         + (radar.variance if radar.model == "crb" else "stated by the receiver"),
         "echo": _model(scenario),
+        **_target(scenario),
         "filter": f"{believed.evolution} evolution, process noise per slot "
         f"{_degrees(believed.angle_std)} degrees, {believed.distance_std:g} m, "
         f"{believed.velocity_std:g} m/s; {prior}",
@@ -150,10 +151,35 @@ def _gain(radar: RadarTable) -> str:
     return f"{_db(radar.integrated)} dB (all {radar.subcarriers * radar.symbols} resource elements)"
 
 
+def _target(scenario: Scenario) -> dict[str, str]:
+    """Return the standard's target and what its cross-section is relative to, if there is one."""
+    from echobeam.physics.targets import TARGETS
+
+    target = TARGETS.get(scenario.radar.target)
+    if target is None:
+        return {}
+    depends = "depends on the aspect" if target.directional else "is alike from all sides"
+    return {
+        "target": f"{scenario.radar.target} of TR 38.901: the mean cross-section of "
+        f"{target.mean:g} dBsm has the echo of |epsilon|^2; it {depends} and fluctuates by "
+        f"{target.fluctuation.std:g} dB, log-normal"
+    }
+
+
+def _fluctuation(scenario: Scenario) -> str:
+    """Return the law of an echo's amplitude in words."""
+    from echobeam.physics.fluctuation import LogNormal
+    from echobeam.schemes.configure import fluctuation_of
+
+    law = fluctuation_of(scenario)
+    return (
+        "constant" if law.steady else "log-normal" if isinstance(law, LogNormal) else "Swerling I"
+    )
+
+
 def _model(scenario: Scenario) -> str:
     """Return how measurements come about, and what a waveform tells apart."""
-    radar = scenario.radar
-    fluctuation = "constant" if radar.fluctuation == "none" else "Swerling I"
+    radar, fluctuation = scenario.radar, _fluctuation(scenario)
     if radar.model == "crb":
         return f"measurements Gaussian with the variance of the bound; amplitude {fluctuation}"
     from echobeam.simulation.grid import waveform_of
@@ -210,6 +236,8 @@ def _downlink(objects: Sequence[ObjectBudget]) -> list[str]:
 
 
 def _echoes(objects: Sequence[ObjectBudget], scenario: Scenario) -> list[str]:
+    from echobeam.physics.targets import TARGETS
+
     columns: dict[str, Callable[[tuple[ObjectBudget, str, EchoBudget]], str]] = {
         "object": lambda row: row[0].name,
         "sent": lambda row: row[1],
@@ -219,6 +247,10 @@ def _echoes(objects: Sequence[ObjectBudget], scenario: Scenario) -> list[str]:
     }
     if scenario.radar.crb == "paper":
         columns["as (20) counts it"] = lambda row: _db(row[2].counted_snr)
+    target = TARGETS.get(scenario.radar.target)
+    if target is not None:
+        mean = 10.0 ** (0.1 * target.mean)
+        columns["cross-section dBsm"] = lambda row: _db(mean * row[0].cross_section)
     if scenario.unlabelled:
         columns["detected %"] = lambda row: f"{100.0 * row[2].detection:.3g}"
     return _table(columns, _phases(objects))

@@ -132,7 +132,9 @@ def text_report(
 
 def far_field_warning(result: xr.Dataset, scenario: Scenario) -> str | None:
     """Return a warning if an object of a result is nearer than the far-field distance."""
-    distance, start = result["truth"].sel(state="distance").to_numpy(), far_field(scenario)
+    start = far_field(scenario)
+    offset = (result["position"] - result["uav_position"]).transpose(..., "axis").to_numpy()
+    distance = np.sqrt(np.sum(offset**2, axis=-1))
     nearest = distance[np.isfinite(distance)].min(initial=np.inf)
     if nearest >= start:
         return None

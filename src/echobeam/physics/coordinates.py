@@ -51,6 +51,9 @@ class Geometry(Protocol):
     def state(self, position: Array, velocity: Array, uav: UavState) -> Array:
         """Return the state ``(..., S)`` of ground coordinates ``(..., 3)`` m and m/s."""
 
+    def exact(self, position: Array, velocity: Array, uav: UavState) -> Array:
+        """Return the state, and after it what else of nature places and measurements depend on."""
+
     def place(self, state: Array, uav: UavState) -> Array:
         """Return the place of a state ``(..., S)``: direction and distance.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from echobeam.physics.fluctuation import STEADY, Fluctuation
 from echobeam.physics.planar import AntennaArray, PlanarArray, linear
 from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array
@@ -16,14 +17,13 @@ TOP_SPEED = 60.0
 
 
 def detection_probability(
-    snr: npt.ArrayLike, false_alarm: float, *, fluctuating: bool = False
+    snr: npt.ArrayLike, false_alarm: float, fluctuation: Fluctuation = STEADY
 ) -> Array:
     """Return the probability that an echo exceeds the threshold of its cell.
 
     A square-law detector in noise of known power has the threshold -ln P_FA. A constant echo
-    exceeds it with Q_1(sqrt(2 SNR), sqrt(-2 ln P_FA)), Marcum's function; one that fluctuates as
-    Swerling I with P_FA^(1 / (1 + SNR)) (Richards, Fundamentals of Radar Signal Processing,
-    6.3).
+    exceeds it with the probability of Marcum's function, one that fluctuates with its mean over
+    the law, see `echobeam.physics.fluctuation`.
 
     Parameters
     ----------
@@ -31,16 +31,11 @@ def detection_probability(
         ``(...)``: SNR of the cell after all integration, at its mean if it fluctuates.
     false_alarm
         P_FA of a cell.
-    fluctuating
-        Whether the echo's amplitude is drawn anew in each slot and not known.
+    fluctuation
+        Law of the echo's strength.
     """
     snr = np.maximum(np.asarray(snr, dtype=np.float64), 0.0)
-    if fluctuating:
-        return np.asarray(false_alarm ** (1.0 / (1.0 + snr)))
-    from scipy.stats import ncx2
-
-    probability: Array = ncx2.sf(-2.0 * np.log(false_alarm), 2, 2.0 * np.minimum(snr, 1e6))
-    return probability
+    return fluctuation.detection(snr, false_alarm)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +59,8 @@ class DetectionLaw:
         Doppler shift, Hz, up to which (on either side).
     cells
         Number of resolution cells.
-    fluctuating
-        Whether echoes fluctuate as Swerling I.
+    fluctuation
+        Law of the strength of echoes.
     """
 
     receiver: AntennaArray
@@ -74,7 +69,7 @@ class DetectionLaw:
     longest: float
     widest: float
     cells: int
-    fluctuating: bool
+    fluctuation: Fluctuation
 
     @property
     def mean_false(self) -> float:
@@ -89,7 +84,7 @@ class DetectionLaw:
     def probability(self, snr: Array) -> Array:
         """Return P_D ``(...)`` for the echo SNR of one receive antenna, Eqs. (14), (16)."""
         return detection_probability(
-            self.receiver.elements * snr, self.false_alarm, fluctuating=self.fluctuating
+            self.receiver.elements * snr, self.false_alarm, self.fluctuation
         )
 
     def density(self, direction: Array) -> Array:
@@ -123,7 +118,7 @@ def detection_law(
     pulse_length: float,
     carrier: float,
     uav_speed: float,
-    fluctuating: bool,
+    fluctuation: Fluctuation,
 ) -> DetectionLaw:
     """Return the detection law of a receiver.
 
@@ -139,5 +134,5 @@ def detection_law(
         longest=subcarriers / bandwidth,
         widest=widest,
         cells=subcarriers * doppler_cells * receiver.elements,
-        fluctuating=fluctuating,
+        fluctuation=fluctuation,
     )

@@ -94,17 +94,27 @@ class GroundGeometry:
         """Return the horizontal components of position and velocity, ``(..., 4)``."""
         return np.concatenate([position[..., :2], velocity[..., :2]], axis=-1)
 
+    def exact(self, position: Array, velocity: Array, uav: UavState) -> Array:
+        """Return the state with the altitude error b, ``(..., 5)``: an object lies at z = -b."""
+        state = self.state(position, velocity, uav)
+        return np.concatenate([state, -position[..., 2:]], axis=-1)
+
     def place(self, state: Array, uav: UavState) -> Array:
-        """Return direction cosines and distance ``(..., 3)``; behind the array it is infinite."""
+        """Return direction cosines, distance, line of sight and velocity, ``(..., 8)``.
+
+        The distance is infinite behind the array. Line of sight (from the UAV, 3 components) and
+        velocity (2) are what the aspect of a target depends on.
+        """
         offset, distance = _sight(state, uav)
         behind = np.zeros(distance.shape, dtype=bool)
         if self.normal is not None:
             behind = offset @ np.array(self.normal) <= 0.0
         u, v = self._cosines(offset, distance)
-        return np.stack([u, v, np.where(behind, np.inf, distance)], axis=-1)
+        seen = np.stack([u, v, np.where(behind, np.inf, distance)], axis=-1)
+        return np.concatenate([seen, offset / distance[..., None], state[..., 2:4]], axis=-1)
 
     def measured_place(self, value: Array) -> Array:
-        """Return the place ``(..., 3)`` of a measurement.
+        """Return the place ``(..., 8)`` of a measurement, with no velocity.
 
         A cosine that was not measured is taken to be zero; beyond the visible region it is the
         edge, u^2 + v^2 = 1.
@@ -112,7 +122,8 @@ class GroundGeometry:
         cosines = np.where(np.isfinite(value[..., :2]), value[..., :2], 0.0)
         cosines = visible(cosines)
         distance = 0.5 * SPEED_OF_LIGHT * value[..., 2]
-        return np.concatenate([cosines, distance[..., None]], axis=-1)
+        still = np.zeros_like(cosines)
+        return np.concatenate([cosines, distance[..., None], self.sight(cosines), still], axis=-1)
 
     def ideal(self, state: Array, uav: UavState, carrier: float) -> Array:
         """Return cosines, delay 2 d / c and Doppler (2 f_c / c) (-dd/dt), ``(..., 4)``."""
@@ -193,9 +204,14 @@ def approach(state: Array, uav: UavState) -> Array:
 
 
 def offset_of(state: Array, uav: UavState) -> Array:
-    """Return the vector from the UAV to objects on the ground, ``(..., 3)`` m."""
+    """Return the vector from the UAV to objects on the ground, ``(..., 3)`` m.
+
+    A fifth component of a state is the altitude error: the object lies by so much deeper.
+    """
     along = [state[..., axis] - uav.position[..., axis] for axis in range(2)]
     height = np.broadcast_to(-uav.position[..., 2], along[0].shape)
+    if state.shape[-1] > GROUND.size:
+        height = height - state[..., GROUND.size]
     return np.stack([*along, height], axis=-1)
 
 

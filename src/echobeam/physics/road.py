@@ -60,6 +60,10 @@ class RoadGeometry:
         """Return angle, distance and velocity ``(..., 3)`` seen from the UAV, Eqs. (25), (28)."""
         return polar_state(position, velocity, uav)
 
+    def exact(self, position: Array, velocity: Array, uav: UavState) -> Array:
+        """Return the state, which holds the height of the object."""
+        return polar_state(position, velocity, uav)
+
     def place(self, state: Array, uav: UavState) -> Array:
         """Return the state, which begins with angle and distance."""
         return state

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from echobeam.physics.aspect import Reflector
 from echobeam.physics.bounds import Crb, effective_variance, measurement_variance
 from echobeam.physics.coordinates import direction_of, distance_of
 from echobeam.physics.echo import echo_snr
@@ -24,13 +25,16 @@ class VarianceLaw:
     transmitter, receiver
         The two arrays.
     rcs
-        epsilon, the complex radar cross-section.
+        epsilon, the complex radar cross-section; the mean one of a target with a pattern.
     gain, noise
         G_m and sigma^2.
     bandwidth, pulse_length
         kappa, Hz, and iota, s.
     crb
         ``"paper"`` or ``"exact"``, see `echobeam.physics.bounds`.
+    target
+        Pattern of the cross-section over the aspect, at a place of the geometry; None for a
+        constant one.
     """
 
     transmitter: AntennaArray
@@ -41,6 +45,7 @@ class VarianceLaw:
     bandwidth: float
     pulse_length: float
     crb: Crb
+    target: Reflector | None = None
 
     def snr(self, sent: Transmission, place: Array, *, along: bool = False) -> Array:
         """Return the echo SNR ``(..., K)`` at places ``(..., K, A + 1)``, Eqs. (14), (16).
@@ -48,7 +53,7 @@ class VarianceLaw:
         With ``along`` it is computed for many states at once, which is faster for tens of them and
         the same but for rounding.
         """
-        return echo_snr(
+        snr = echo_snr(
             sent,
             direction_of(place, self.transmitter.axes),
             distance_of(place, self.transmitter.axes),
@@ -58,6 +63,7 @@ class VarianceLaw:
             noise=self.noise,
             along=along,
         )
+        return snr if self.target is None else snr * self.target.relative(place)
 
     def variance(self, sent: Transmission, place: Array, snr: Array | None = None) -> Array:
         """Return the variance ``(..., K, A + 2)``: rad^2, s^2, Hz^2; infinite without an echo.

@@ -1,17 +1,22 @@
-"""Checks of a scenario's geometry: which keys have a meaning in it, and which motions can be."""
+"""Checks of a scenario's geometry: which keys have a meaning in it, and which motions can be.
+
+They take the scenario as it is, of no type: its module imports this one.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from echobeam.scenario.tables import LINEAR_KEYS, PLANAR_KEYS, ObjectTable, UavTable
 
-if TYPE_CHECKING:
-    from echobeam.scenario.model import Scenario
-
-_ROAD_KEYS = {"uav": ("height", "speed", "heading", "floor"), "objects": ("angle",)}
+_ROAD_KEYS = {
+    "uav": ("height", "speed", "heading", "floor"),
+    "objects": ("angle",),
+    "filter": ("angle_std", "distance_std", "evolution"),
+    "truth": ("angle_std", "distance_std"),
+}
 _GROUND_KEYS = {"uav": ("position", "velocity", "waypoints"), "objects": ("position", "path")}
 _INSTEAD = {
     "uav.height": "uav.position",
@@ -31,7 +36,7 @@ def meaningless_keys(scenario: Any) -> dict[str, tuple[str, ...]]:
     return {"array": array, **(_GROUND_KEYS if scenario.geometry == "road" else _ROAD_KEYS)}
 
 
-def check_geometry(scenario: Scenario) -> None:
+def check_geometry(scenario: Any) -> None:
     """Refuse what a scenario's geometry does not have.
 
     Raises
@@ -59,12 +64,13 @@ def check_geometry(scenario: Scenario) -> None:
         )
 
 
-def _check_keys(scenario: Scenario) -> None:
+def _check_keys(scenario: Any) -> None:
     others = _GROUND_KEYS if scenario.geometry == "road" else _ROAD_KEYS
     tables = [("uav", "uav", scenario.uav)]
-    tables += [("objects", f"objects.{n}", item) for n, item in enumerate(scenario.objects)]  # type: ignore[misc]
+    tables += [("objects", f"objects.{n}", item) for n, item in enumerate(scenario.objects)]
+    tables += [("filter", "filter", scenario.filter), ("truth", "truth", scenario.truth)]
     for table, label, item in tables:
-        for key in others[table]:
+        for key in others.get(table, ()):
             if key in item.model_fields_set and getattr(item, key) is not None:
                 instead = _INSTEAD.get(f"{table}.{key}")
                 hint = f"; expected {instead}" if instead else ""
@@ -89,9 +95,9 @@ def _check_on_ground(item: ObjectTable, label: str) -> None:
         given = "both position and path" if item.path is not None else "neither position nor path"
         raise ValueError(f"{label}: {given}; expected one of the two")
     for name in ("velocity", "acceleration"):
-        if name not in item.model_fields_set:
-            continue
         value = getattr(item, name)
+        if value == 0.0:  # none, as written where nothing was given
+            continue
         if item.path is not None:
             raise ValueError(f"{label}.{name}: not together with a path; leave it out")
         if not isinstance(value, tuple):

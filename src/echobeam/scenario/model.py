@@ -17,6 +17,7 @@ from echobeam.scenario.geometry import check_geometry
 from echobeam.scenario.quantities import FrozenMapping, SchemeParameters, ripple_value
 from echobeam.scenario.tables import (
     DEFAULT_SCHEMES,
+    DIRECTIONAL,
     PARAMETERS,
     ArrayTable,
     Count,
@@ -97,6 +98,33 @@ class Scenario(Table):
         """Refuse two answers to what moves the objects."""
         if self.trace is not None and self.objects:
             raise ValueError("objects: not together with a trace; remove one of the two")
+        return self
+
+    @model_validator(mode="after")
+    def _check_terrain(self) -> Scenario:
+        """Refuse ground that is above the UAV."""
+        height, key = self.uav.height, "uav.height"
+        if self.geometry == "ground":
+            height, key = self.uav.lowest(self.frame.slot * self.n_slots), "the UAV's lowest height"
+        if self.truth.terrain >= height:
+            raise ValueError(
+                f"truth.terrain: {self.truth.terrain:g} m is not accepted; expected below "
+                f"{key}, {height:g} m"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _check_headings(self) -> Scenario:
+        """Refuse an object at rest whose cross-section depends on its heading."""
+        if self.radar.target in DIRECTIONAL:
+            for number, item in enumerate(self.objects):
+                if item.rests:
+                    raise ValueError(
+                        f"objects.{number}.velocity: 0 m/s is no heading, on which the echo of "
+                        f"radar.target = {self.radar.target!r} depends; expected another velocity, "
+                        "or a target that is alike from all sides: constant, swerling1, "
+                        "3gpp-human, 3gpp-small-uav"
+                    )
         return self
 
     @model_validator(mode="after")
@@ -240,6 +268,11 @@ class Scenario(Table):
     def unlabelled(self) -> bool:
         """Whether detections are unlabelled: the UAV has tracks of its own, not a roster."""
         return self.radar.detections == "unlabelled"
+
+    @property
+    def calm(self) -> Scenario:
+        """The scenario without random numbers in the motion and in the height of the ground."""
+        return self.replace({"truth.process_noise": False, "truth.altitude_errors": False})
 
     @property
     def truth_stds(self) -> tuple[float, float, float]:

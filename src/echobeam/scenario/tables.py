@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -41,9 +41,15 @@ Antennas = Annotated[Whole, Field(ge=1, le=4096)]
 DEFAULT_SCHEMES = ("temporal", "pilot")
 """Schemes that a scenario runs if it names none."""
 
+DIRECTIONAL = ("3gpp-vehicle", "3gpp-large-uav", "3gpp-agv")
+"""Targets whose cross-section depends on the aspect, and so on a heading."""
+
 PARAMETERS = "scheme_parameters"
 """Field of a scenario that a file has as ``[schemes.NAME]``."""
 
+
+ANGLE, LENGTH, SPEED = ({"kind": kind} for kind in ("angle", "length", "speed"))
+"""Kinds of the quantities in keys that may be left out."""
 
 PLANAR_KEYS = (
     "rows",
@@ -57,8 +63,8 @@ LINEAR_KEYS = ("n_rx", "axis")
 """Keys that only one kind of array has."""
 
 
-def _refuse(table: str, given: Container[str], keys: Sequence[str], where: str) -> None:
-    """Refuse keys that have no meaning in a scenario.
+def _refuse(name: str, table: BaseModel, keys: Sequence[str], where: str) -> None:
+    """Refuse keys that have no meaning in a table, unless they have their default.
 
     Raises
     ------
@@ -66,8 +72,8 @@ def _refuse(table: str, given: Container[str], keys: Sequence[str], where: str) 
         Names the first of them.
     """
     for key in keys:
-        if key in given:
-            raise ValueError(f"{table}.{key}: not a key with {where}; leave it out")
+        if getattr(table, key) != type(table).model_fields[key].default:
+            raise ValueError(f"{name}.{key}: not a key with {where}; leave it out")
 
 
 class Table(BaseModel):
@@ -132,11 +138,10 @@ class ArrayTable(Table):
     @model_validator(mode="after")
     def _check_kind(self) -> Self:
         """Refuse keys of the other kind of array, and a planar array without a size."""
-        given = self.model_fields_set
         if self.kind == "linear":
-            _refuse("array", given, PLANAR_KEYS, 'array.kind = "linear"')
+            _refuse("array", self, PLANAR_KEYS, 'array.kind = "linear"')
             return self
-        _refuse("array", given, LINEAR_KEYS, 'array.kind = "planar"')
+        _refuse("array", self, LINEAR_KEYS, 'array.kind = "planar"')
         missing = [name for name in ("rows", "columns") if getattr(self, name) is None]
         if missing:
             raise ValueError(
@@ -203,8 +208,19 @@ class RadarTable(Table):
     model: Literal["crb", "signal"] = "crb"
     """Measurements are Gaussian with the variance of the bound, Eq. (24), or those of the receiver
     that processes the echo signal of Eq. (11)."""
+    target: Literal[
+        "constant",
+        "swerling1",
+        "3gpp-vehicle",
+        "3gpp-human",
+        "3gpp-small-uav",
+        "3gpp-large-uav",
+        "3gpp-agv",
+    ] = "constant"
+    """Kind of the objects: constant cross-section, Swerling I, or a target of TR 38.901, of which
+    |epsilon|^2 is the mean."""
     fluctuation: Literal["none", "swerling1"] = "none"
-    """Amplitude of an echo: constant (Swerling 0), or drawn anew in every slot (Swerling I)."""
+    """Amplitude of an echo: that of the target, or drawn anew in every slot (Swerling I)."""
     subcarriers: Annotated[Count, Field(ge=2, le=4096)] = 200
     """N, of the bandwidth."""
     symbols: Annotated[Count, Field(ge=2, le=4096)] = 4
@@ -230,6 +246,17 @@ class RadarTable(Table):
     ground_clutter: Annotated[Number, Field(ge=0)] = 0.0
     """|epsilon|^2 of a metre of road, m^-1."""
 
+    @field_validator("fluctuation")
+    @classmethod
+    def _check_fluctuation(cls, fluctuation: str, info: ValidationInfo) -> str:
+        target = info.data.get("target", "constant")
+        if fluctuation != "none" and target.startswith("3gpp-"):
+            raise ValueError(
+                f"{fluctuation!r} contradicts radar.target = {target!r}, which fluctuates by a law "
+                "of its own; expected 'none', or leave one of the two out"
+            )
+        return fluctuation
+
     @property
     def integrated(self) -> float:
         """Gain of coherent integration, as `integration` says."""
@@ -246,9 +273,11 @@ class UavTable(Table):
     """Angle of the velocity above the horizontal; -90 degrees descends."""
     floor: Annotated[Length, Field(gt=0, validate_default=True)] = 1.0
     """Height at which a descending UAV levels off; at most the height that it starts at."""
-    position: tuple[Length, Length, Length] | None = None
+    position: Annotated[tuple[Length, Length, Length] | None, Field(json_schema_extra=LENGTH)] = (
+        None
+    )
     """Where it starts over the ground: x, y, z."""
-    velocity: tuple[Speed, Speed, Speed] | None = None
+    velocity: Annotated[tuple[Speed, Speed, Speed] | None, Field(json_schema_extra=SPEED)] = None
     """Constant velocity over the ground; it hovers if left out."""
     waypoints: Waypoints | None = None
     """Points t, x, y, z that it passes instead, straight from one to the next."""
@@ -265,6 +294,14 @@ class UavTable(Table):
             return self.position
         assert self.waypoints is not None
         return self.waypoints[0][1:]
+
+    def lowest(self, duration: float) -> float:
+        """Return the least height over the ground in a run of some s, m."""
+        if self.waypoints is not None:
+            return min(point[3] for point in self.waypoints)
+        assert self.position is not None
+        climb = 0.0 if self.velocity is None else self.velocity[2]
+        return self.position[2] + min(climb * duration, 0.0)
 
     @property
     def altitude_std(self) -> float:
@@ -285,9 +322,11 @@ class UavTable(Table):
 class ObjectTable(Table):
     """Motion of one object, along the road or on the ground."""
 
-    angle: Annotated[Angle, Field(gt=0, lt=math.pi)] | None = None
+    angle: Annotated[
+        Annotated[Angle, Field(gt=0, lt=math.pi)] | None, Field(json_schema_extra=ANGLE)
+    ] = None
     """Where it starts on the road, as seen from where the UAV starts."""
-    position: tuple[Length, Length] | None = None
+    position: Annotated[tuple[Length, Length] | None, Field(json_schema_extra=LENGTH)] = None
     """Where it starts on the ground: x, y."""
     velocity: Velocity = 0.0
     """Along the road, or a pair along x and y."""
@@ -299,6 +338,13 @@ class ObjectTable(Table):
     """Time at which it is there, where it starts."""
     leaves: Annotated[Time, Field(gt=0)] | None = None
     """Time from which it is gone; never if left out."""
+
+    @property
+    def rests(self) -> bool:
+        """Whether it does not move at its start, or never on its path."""
+        if self.path is not None:
+            return len({point[1:] for point in self.path}) == 1
+        return self.velocity in (0.0, (0.0, 0.0))
 
     @property
     def along_road(self) -> tuple[float, float, float]:
@@ -387,7 +433,7 @@ class TracksTable(Table):
 
 
 class TruthTable(Table):
-    """Process noise of nature, on top of the kinematic motion."""
+    """Process noise of nature, on top of the kinematic motion, and the height of its ground."""
 
     process_noise: bool = False
     """Noise on each object's position along the road and on its velocity.
@@ -398,6 +444,11 @@ class TruthTable(Table):
     distance_std: Annotated[Length, Field(ge=0)] | None = None
     velocity_std: Annotated[Speed, Field(ge=0)] | None = None
     """Standard deviations for each slot; the filter's if left out."""
+    altitude_errors: bool = False
+    """Errors of the altimeter and of the terrain under each object, drawn for every trial from
+    ``uav.altimeter_std`` and ``uav.terrain_std``."""
+    terrain: Length = 0.0
+    """Height of the ground under all objects over the one that the UAV knows."""
 
 
 class TraceTable(Table):

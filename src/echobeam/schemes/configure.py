@@ -19,11 +19,14 @@ from pydantic import BaseModel
 
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
+from echobeam.physics.aspect import OnGround, OnRoad
 from echobeam.physics.coordinates import Geometry
 from echobeam.physics.detection import DetectionLaw, detection_law
+from echobeam.physics.fluctuation import STEADY, Fluctuation, SwerlingOne
 from echobeam.physics.planar import AntennaArray, PlanarArray
 from echobeam.physics.plane import GroundGeometry, Vector, facing
 from echobeam.physics.road import ROAD_GEOMETRY
+from echobeam.physics.targets import TARGETS
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.checking import override_table, read_value
 from echobeam.scenario.dump import key_texts
@@ -204,7 +207,7 @@ def detection_of(scenario: Scenario) -> DetectionLaw:
         pulse_length=radar.pulse_length,
         carrier=scenario.radio.carrier,
         uav_speed=fastest(scenario),
-        fluctuating=radar.fluctuation == "swerling1",
+        fluctuation=fluctuation_of(scenario),
     )
 
 
@@ -217,6 +220,15 @@ def fastest(scenario: Scenario) -> float:
         return float(np.linalg.norm(uav.velocity or (0.0, 0.0, 0.0)))
     steps = np.diff(np.array(uav.waypoints), axis=0)
     return float(np.max(np.linalg.norm(steps[:, 1:], axis=-1) / steps[:, 0], initial=0.0))
+
+
+def fluctuation_of(scenario: Scenario) -> Fluctuation:
+    """Return the law of the strength of a scenario's echoes."""
+    radar = scenario.radar
+    if radar.target in TARGETS:
+        return TARGETS[radar.target].fluctuation
+    swerling = "swerling1" in (radar.target, radar.fluctuation)
+    return SwerlingOne() if swerling else STEADY
 
 
 def system_for(scenario: Scenario, name: str) -> System:
@@ -240,6 +252,8 @@ def system_for(scenario: Scenario, name: str) -> System:
 def variance_law(scenario: Scenario) -> VarianceLaw:
     """Return the law of the measurement variance for a scenario's equipment."""
     radar, (transmitter, receiver) = scenario.radar, arrays_of(scenario)
+    target = TARGETS.get(radar.target)
+    on_place = OnRoad if scenario.geometry == "road" else OnGround
     return VarianceLaw(
         transmitter=transmitter,
         receiver=receiver,
@@ -249,6 +263,7 @@ def variance_law(scenario: Scenario) -> VarianceLaw:
         bandwidth=radar.bandwidth,
         pulse_length=radar.pulse_length,
         crb=radar.crb,
+        target=on_place(target) if target is not None and target.directional else None,
     )
 
 
@@ -294,7 +309,7 @@ def _with_parameters(
             except SchemeError as error:
                 faults.append(str(error).removeprefix(f"{label}: "))
     if not faults and isinstance(scheme, SchemeOfParts):
-        faults += misfits(scheme)
+        faults += misfits(scheme, scenario.geometry)
     if faults:
         raise SchemeError("\n".join(f"{label}: {fault}" for fault in faults))
     return scheme, system

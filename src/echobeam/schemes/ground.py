@@ -3,40 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, get_args
 
 import numpy as np
 
 from echobeam.brief import Brief
-from echobeam.estimation.sigma_points import cubature_points, moments, root
 from echobeam.faults import InputError
 from echobeam.physics.plane import GroundGeometry
-from echobeam.physics.polar import physical
 from echobeam.schemes.base import View
 from echobeam.schemes.ground_echoes import Echoes, law_on, strength_of
+from echobeam.schemes.ground_grid import grid_posterior, view_of
+from echobeam.schemes.ground_motion import Motion, Motions, motions_of
 from echobeam.schemes.ground_plane import PlaneBelief, PlaneTracker
+from echobeam.schemes.ground_report import reported
 from echobeam.schemes.trackers import labelled
-from echobeam.tracking import fading, filter, posterior_linearisation, road_grid
-from echobeam.tracking.ground import ROAD, GroundMeasurement, GroundMotion, polar_of
+from echobeam.tracking import fading, posterior_linearisation
+from echobeam.tracking.ground import GroundMeasurement
 from echobeam.tracking.road_grid import PositionGrid
+from echobeam.tracking.road_shape import Shape, carried, gaussian_shape, shape_of
 from echobeam.tracking.road_start import first_state
 from echobeam.values import (
     Array,
     BoolArray,
     Detections,
     GaussianState,
-    IntArray,
-    Status,
     Tracks,
-    Transmission,
-    UavState,
 )
 
 VELOCITY_PRIOR = 30.0
 """Standard deviation of a new object's velocity, m/s, where ``filter.velocity_prior`` is 0."""
-
-REACH = 5.0
-"""Standard deviations of the prior to either side of the grid."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -46,54 +41,35 @@ class GroundBelief(Brief):
     Attributes
     ----------
     state
-        ``(T, K)`` objects: x, v, b in m, m/s, m.
+        ``(T, K)`` objects: x, v, b in m, m/s, m, with an acceleration after the velocity if the
+        motion has one; ``(T, M K)`` of several models, `Motions`.
     surprise
         Memory of the innovation test.
     tracks
         The same in angle, distance, velocity.
+    shape
+        Shape of the position's density; None if all are Gaussian.
+    probability
+        ``(T, K, M)`` of the models.
     """
 
     state: GaussianState
     surprise: fading.Surprise
     tracks: Tracks
+    shape: Shape | None
+    probability: Array
 
 
 AnyBelief = GroundBelief | PlaneBelief
 """Belief on the road or on the plane, by the scenario's geometry."""
 
 
-def reported(state: GaussianState, uav: UavState, id: IntArray) -> Tracks:
-    """Return a belief on the road as tracks in angle, distance and velocity.
-
-    Mean and covariance are those of sigma points, so that they hold the altitude error and the
-    bend of the coordinates.
-
-    Parameters
-    ----------
-    state
-        ``(T, K)`` objects: x, v, b; NaN where one is unknown.
-    uav
-        The UAV in the slot.
-    id
-        ``(T, K)``: identities.
-    """
-    with np.errstate(invalid="ignore"):
-        centre = polar_of(state.mean, uav)
-        points = polar_of(cubature_points(state.mean, root(state.cov)), uav)
-        shift, cov = moments(points - centre[..., None, :])
-    mean = centre + shift
-    known = np.asarray(state.known & physical(mean))
-    return Tracks(
-        np.where(known[..., None], mean, np.nan),
-        np.where(known[..., None, None], cov, np.nan),
-        np.where(known, Status.CONFIRMED, 0).astype(np.int8),
-        id,
-    )
-
-
 @dataclass(frozen=True, slots=True)
 class GroundTracker:
-    """Sigma-point filter of position and velocity on the road, with the altitude error unknown.
+    """Filter of position and velocity on the road, with the altitude error unknown.
+
+    On a plane, `geometry = "ground"`, it is that of `PlaneTracker`; what is said of points and
+    iterations is of the road.
 
     Attributes
     ----------
@@ -105,6 +81,8 @@ class GroundTracker:
         Of the posterior linearisation.
     adaptive
         Whether the innovation test widens covariances.
+    motion
+        ``"cv"``, ``"ca"`` or ``"imm"``: constant velocity, constant acceleration, or both.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("velocity_std", "velocity_prior")
@@ -113,6 +91,7 @@ class GroundTracker:
     first_points: int = 64
     iterations: int = posterior_linearisation.ITERATIONS
     adaptive: bool = True
+    motion: Motion = "cv"
 
     def __post_init__(self) -> None:
         least = {"points": 8, "first_points": 32, "iterations": 1}
@@ -121,6 +100,11 @@ class GroundTracker:
                 raise InputError(
                     f"{name}: {getattr(self, name)} is not accepted; expected {minimum} or more"
                 )
+        if self.motion not in get_args(Motion):
+            raise InputError(
+                f"motion: {self.motion!r} is not accepted; expected one of "
+                f"{', '.join(get_args(Motion))}"
+            )
 
     @property
     def _on_plane(self) -> PlaneTracker:
@@ -129,26 +113,38 @@ class GroundTracker:
     def start(self, view: View) -> AnyBelief:
         """Return no knowledge."""
         if isinstance(view.system.geometry, GroundGeometry):
+            if self.motion != "cv":
+                raise InputError(
+                    f'motion: {self.motion!r} is not possible with geometry = "ground"; expected cv'
+                )
             return self._on_plane.start(view)
-        shape = view.roster.shape
+        motions = self._motions(view)
+        shape = motions.columns(view.roster).shape
+        size = motions.space.size
         nothing = GaussianState(
-            mean=np.full((*shape, ROAD.size), np.nan),
-            cov=np.full((*shape, ROAD.size, ROAD.size), np.nan),
+            mean=np.full((*shape, size), np.nan),
+            cov=np.full((*shape, size, size), np.nan),
             known=np.zeros(shape, dtype=bool),
         )
-        return _believed(nothing, fading.no_surprise(shape), view)
+        probability = motions.at_first(view.roster.shape)
+        return _believed(motions, nothing, probability, fading.no_surprise(shape), None, view)
 
     def predict(self, belief: AnyBelief, view: View) -> AnyBelief:
         """Return the prediction of this slot; objects that left the roster are forgotten."""
         if isinstance(belief, PlaneBelief):
             return self._on_plane.predict(belief, view)
-        stays = belief.tracks.id == view.roster
-        state, surprise = belief.state, belief.surprise
+        motions = self._motions(view)
+        stays = motions.columns(belief.tracks.id == view.roster)
+        state, surprise, shape = belief.state, belief.surprise, belief.shape
         if not stays.all():
             state = GaussianState(state.mean, state.cov, state.known & stays)
             surprise = _of(surprise, stays)
-        motion = GroundMotion(view.system.slot_duration, view.system.filter.velocity_std)
-        return _believed(filter.predict(state, motion, view.uav_before), surprise, view)
+        prior, probability = motions.predicted(state, belief.probability, view.uav_before)
+        if shape is not None:
+            shape = carried(shape, state.cov, prior.cov, view.system.slot_duration)
+        # a beam has the same gain on either side of a vertical array
+        mirrors = view.system.array.axis == "vertical"
+        return _believed(motions, prior, probability, surprise, shape, view, one_side=mirrors)
 
     def update(self, prior: AnyBelief, detections: Detections, view: View) -> AnyBelief:
         """Return the posterior of known objects and the first state of new ones."""
@@ -159,102 +155,130 @@ class GroundTracker:
         measured = np.isfinite(value)
         if not measured.any():
             return prior
-        model = GroundMeasurement(view.system.radio.carrier)
-        known = prior.state.known
-        state, surprise = prior.state, prior.surprise
+        motions, model = self._motions(view), GroundMeasurement(view.system.radio.carrier)
         echoes = Echoes(value, stated, strength_of(prior.tracks, value, stated, view))
+        state, surprise, probability = prior.state, prior.surprise, prior.probability
+        known = prior.tracks.known
         tracked = known & measured.any(axis=-1)
+        shape = gaussian_shape(state.known.shape) if prior.shape is None else prior.shape
         if tracked.any():
-            made = self._tracked(prior.state, echoes, model, view)
-            state = made.state
+            columns = motions.columns(tracked)
+            seen = echoes.for_each(motions.columns)
+            made, bent = self._tracked(motions, prior, seen, model, view)
+            state, shape = made.state, shape.placed(columns, bent[columns])
+            probability = motions.reweighted(probability, made.log_likelihood, tracked)
             if self.adaptive:
                 surprise = fading.remembered(surprise, made.nis, made.degrees)
-                factor, surprise = fading.widening(surprise, tracked)
+                factor, surprise = fading.widening(surprise, columns)
                 state = GaussianState(state.mean, state.cov * factor[..., None, None], state.known)
         new = ~known & measured[..., 1]
         if new.any():
-            state = self._started(state, new, echoes, model, view)
-        return _believed(state, _of(surprise, known), view)
+            state, bent = self._started(motions, state, new, echoes, model, view)
+            shape = shape.placed(motions.columns(new), bent[motions.columns(new)])
+            probability = np.where(new[..., None], motions.at_first(new.shape), probability)
+        bent_ones = shape if shape.bent.any() else None
+        surprise = _of(surprise, motions.columns(known))
+        return _believed(motions, state, probability, surprise, bent_ones, view)
+
+    def _motions(self, view: View) -> Motions:
+        system = view.system
+        return motions_of(self.motion, system.slot_duration, system.filter.velocity_std)
 
     def _tracked(
-        self, prior: GaussianState, echoes: Echoes, model: GroundMeasurement, view: View
-    ) -> posterior_linearisation.Updated:
-        """Return the posterior of known objects.
+        self,
+        motions: Motions,
+        belief: GroundBelief,
+        echoes: Echoes,
+        model: GroundMeasurement,
+        view: View,
+    ) -> tuple[posterior_linearisation.Updated, Shape]:
+        """Return the posterior of known objects, and its shape.
 
         Where the law of the variance is known it is that of the grid; where the measurement is too
         accurate for the grid, or states its variance, that of the posterior linearisation, with
         the variance of mean information.
         """
-        value, uav = echoes.value, view.uav
+        prior, value, uav = belief.state, echoes.value, view.uav
         update = posterior_linearisation.update
         if not view.system.law_known:
-            return update(prior, value, echoes.stated, model, uav, ROAD, self.iterations)
-        grid = road_grid.grid_of(prior, self.points, REACH)
-        law = law_on(grid, echoes, view)
-        weight, mean, cov = road_grid.posterior(grid, value, law, model, uav)
-        variance = road_grid.effective_variance(weight, law)
-        variance = np.where(np.isfinite(value), variance, np.inf)
-        fine = road_grid.resolved(grid, cov)
-        needed = prior.known & np.isfinite(variance).any(axis=-1)
+            made = update(prior, value, echoes.stated, model, uav, motions.space, self.iterations)
+            return made, gaussian_shape(prior.known.shape)
+        found = grid_posterior(prior, belief.shape, echoes, model, view, self.points)
+        fine = found.fine
+        needed = prior.known & np.isfinite(found.variance).any(axis=-1)
         # the slow way only where it is needed; one fit tells the innovation
         fits = 1 if (fine | ~needed).all() else self.iterations
-        made = update(prior, value, variance, model, uav, ROAD, fits)
+        made = update(prior, value, found.variance, model, uav, motions.space, fits)
         fine &= needed
         state = GaussianState(
-            np.where(fine[..., None], mean, made.state.mean),
-            np.where(fine[..., None, None], cov, made.state.cov),
+            np.where(fine[..., None], found.mean, made.state.mean),
+            np.where(fine[..., None, None], found.cov, made.state.cov),
             np.asarray(made.state.known | fine),
         )
-        return replace(made, state=state)
+        return replace(made, state=state), found.shape.where(fine)
 
     def _started(
         self,
+        motions: Motions,
         state: GaussianState,
         new: BoolArray,
         echoes: Echoes,
         model: GroundMeasurement,
         view: View,
-    ) -> GaussianState:
-        """Return the belief with a first state of the new objects."""
+    ) -> tuple[GaussianState, Shape]:
+        """Return the belief with a first state of the new objects, and their shape."""
         trials = np.asarray(new.any(axis=-1))
-        some = echoes.of(trials)
-        sent = view.sent
-        if sent is not None:
-            sent = Transmission(
-                sent.beams[trials], sent.antenna_power[trials], sent.probing[trials]
-            )
-        there = replace(view, sent=sent)
-        mean, cov = self._first(some, model, there)
+        mean, cov, bent = self._first(motions, echoes.of(trials), model, view_of(view, trials))
         all_mean, all_cov, known = state.mean.copy(), state.cov.copy(), state.known.copy()
-        chosen = new[trials] & np.isfinite(mean).all(axis=-1)
-        place = np.zeros_like(new)
+        chosen = motions.columns(new[trials] & np.isfinite(mean).all(axis=-1))
+        mean, cov = motions.entered(mean, cov)
+        place = np.zeros_like(known)
         place[trials] = chosen
         all_mean[place], all_cov[place], known[place] = mean[chosen], cov[chosen], True
-        return GaussianState(all_mean, all_cov, known)
+        shape = gaussian_shape(known.shape).placed(trials, bent.for_each(motions.columns))
+        return GaussianState(all_mean, all_cov, known), shape
 
-    def _first(self, echoes: Echoes, model: GroundMeasurement, view: View) -> tuple[Array, Array]:
-        """Return the moments of the posterior of first measurements."""
+    def _first(
+        self, motions: Motions, echoes: Echoes, model: GroundMeasurement, view: View
+    ) -> tuple[Array, Array, Shape]:
+        """Return the moments of the posterior of first measurements, and its shape."""
         system = view.system
-        stds = system.filter.velocity_prior or VELOCITY_PRIOR, system.altitude_std
+        velocity = system.filter.velocity_prior or VELOCITY_PRIOR
+        stds = (velocity, *(0.0,) * motions.extra, system.altitude_std)
 
         def law(grid: PositionGrid) -> Array:
             known = system.law_known
             return law_on(grid, echoes, view) if known else echoes.stated[..., None, :]
 
-        return first_state(echoes.value, law, model, view.uav, stds, self.first_points)
+        grid, weight, mean, cov = first_state(
+            echoes.value, law, model, view.uav, stds, self.first_points
+        )
+        return mean, cov, shape_of(grid, weight, mean, cov)
 
 
-def _believed(state: GaussianState, surprise: fading.Surprise, view: View) -> GroundBelief:
+def _believed(
+    motions: Motions,
+    state: GaussianState,
+    probability: Array,
+    surprise: fading.Surprise,
+    shape: Shape | None,
+    view: View,
+    *,
+    one_side: bool = False,
+) -> GroundBelief:
     """Return a belief with its report; an object that no angle and distance fit is unknown."""
-    tracks = reported(state, view.uav, view.roster)
-    if not np.array_equal(tracks.known, state.known):
-        lives = tracks.known
+    whole, bent = motions.mixture(state, probability), shape
+    if shape is not None and len(motions.models) > 1:
+        bent = shape.for_each(lambda values: motions.likelier(values, probability))
+    tracks = reported(whole, view.uav, view.roster, bent, one_side=one_side)
+    lives = motions.columns(tracks.known)
+    if not np.array_equal(lives, state.known):
         state = GaussianState(
             np.where(lives[..., None], state.mean, np.nan),
             np.where(lives[..., None, None], state.cov, np.nan),
             lives,
         )
-    return GroundBelief(state, surprise, tracks)
+    return GroundBelief(state, surprise, tracks, shape, probability)
 
 
 def _of(surprise: fading.Surprise, known: BoolArray) -> fading.Surprise:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,16 @@ class Echoes:
         strength = None if self.strength is None else self.strength[trials]
         return Echoes(self.value[trials], self.stated[trials], strength)
 
+    def for_each(self, change: Callable[[Array], Array]) -> Echoes:
+        """Return the same with a change of the objects' axis."""
+        strength = None if self.strength is None else change(self.strength)
+        return Echoes(change(self.value), change(self.stated), strength)
+
+    def of_objects(self, chosen: BoolArray) -> Echoes:
+        """Return those of some objects ``(T, K)``, an object each: ``(M, 1, ...)``."""
+        strength = None if self.strength is None else self.strength[chosen][:, None]
+        return Echoes(self.value[chosen][:, None], self.stated[chosen][:, None], strength)
+
 
 def law_on(grid: PositionGrid, echoes: Echoes, view: View) -> Array:
     """Return the law of the variance at every point of a grid, ``(T, K, G, M)``."""
@@ -48,7 +59,7 @@ def strength_of(tracks: Tracks, value: Array, stated: Array, view: View) -> Arra
     The receiver sees it; the variance of the delay is stated for it, at the prediction or, without
     one, at the measured place.
     """
-    if not (view.system.law_known and view.system.detection.fluctuating):
+    if not (view.system.law_known and not view.system.detection.fluctuation.steady):
         return None
     assert view.sent is not None
     here = np.where(tracks.known[..., None], tracks.mean, measured_place(value))

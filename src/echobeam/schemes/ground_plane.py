@@ -213,7 +213,7 @@ def _strength(
     The receiver sees it; the variance of the delay is stated for it, at the prediction or, without
     one, at the measured place.
     """
-    if not (view.system.law_known and view.system.detection.fluctuating):
+    if not view.system.law_known or view.system.detection.fluctuation.steady:
         return None
     assert view.sent is not None
     predicted = geometry.place(tracks.mean, view.uav)

@@ -315,7 +315,7 @@ def _predicted_variance(detections: Detections, state: Array, view: View) -> Arr
     if not system.law_known:
         return None
     variance = _at(system.law.variance, view, state)[..., None, :]
-    if not system.detection.fluctuating:
+    if system.detection.fluctuation.steady:
         return variance
     plain = _at(system.law.variance, view, measured_place(detections.value))
     with np.errstate(invalid="ignore"):

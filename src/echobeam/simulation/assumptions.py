@@ -10,7 +10,9 @@ import numpy as np
 
 from echobeam.physics.array import LinearArray
 from echobeam.physics.measurement import closing_speed
+from echobeam.physics.targets import TARGETS
 from echobeam.scenario.model import Scenario
+from echobeam.scenario.tables import RadarTable
 from echobeam.simulation.grid import waveform_of
 from echobeam.simulation.link_budget import ObjectBudget, PowerScale, far_field
 from echobeam.simulation.world import World
@@ -138,6 +140,21 @@ def _side(scenario: Scenario) -> list[Assumption]:
     return [Assumption("side of the UAV", words)]
 
 
+def _height(scenario: Scenario) -> list[Assumption]:
+    """Return what is wrong with the height that the UAV knows, if anything is."""
+    truth, uav = scenario.truth, scenario.uav
+    words = []
+    if truth.terrain != 0.0:
+        side = "above" if truth.terrain > 0.0 else "below"
+        words.append(f"is {abs(truth.terrain):g} m {side} the height that the UAV knows")
+    if truth.altitude_errors:
+        words.append(
+            f"has errors of {uav.altimeter_std:g} m (altimeter) and {uav.terrain_std:g} m (terrain "
+            "under each object), standard deviations"
+        )
+    return [Assumption("height", f"the ground {' and '.join(words)}")] if words else []
+
+
 def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
     isolation = scale.transmit_power / scale.noise_power
     radar = scenario.radar
@@ -161,8 +178,8 @@ def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
         clutter = Assumption(
             "no clutter", "all echoes come from objects, and each object is identified"
         )
-    fluctuates = radar.fluctuation == "swerling1"
     return [
+        *_height(scenario),
         Assumption(
             "monostatic",
             "transmit and receive array are at the same place",
@@ -174,13 +191,23 @@ def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
         ),
         Assumption("line of sight", "one path to each object: no blockage, no multipath"),
         clutter,
-        Assumption(
-            "Swerling I" if fluctuates else "constant cross-section",
-            "targets are points; their echoes fluctuate from slot to slot"
-            if fluctuates
-            else "targets are points and do not fluctuate",
-        ),
+        _target(radar),
     ]
+
+
+def _target(radar: RadarTable) -> Assumption:
+    """Return what is assumed of the cross-section; the UAV knows the kind of its targets."""
+    if radar.target in TARGETS:
+        aspect = " with a pattern over the aspect" if TARGETS[radar.target].directional else ""
+        return Assumption(
+            "standard target",
+            f"targets are points{aspect}; their echoes fluctuate from slot to slot; the UAV knows "
+            f"that all are of the kind {radar.target}",
+        )
+    if "swerling1" in (radar.target, radar.fluctuation):
+        words = "targets are points; their echoes fluctuate from slot to slot"
+        return Assumption("Swerling I", words)
+    return Assumption("constant cross-section", "targets are points and do not fluctuate")
 
 
 def _far_field(scenario: Scenario, motion: Extremes) -> Assumption:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import configure_all
@@ -67,9 +68,12 @@ def describe(scenario: Scenario | str | Path) -> Description:
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
+    if scenario.geometry == "ground":
+        raise ScenarioError(
+            f'{scenario.name}: no description with geometry = "ground" yet; expected "road"'
+        )
     configure_all(scenario, None)
-    calm = scenario.model_copy(update={"truth": {"process_noise": False}})
-    start = begin(scene_of(calm), 0, range(1))
+    start = begin(scene_of(scenario.calm), 0, range(1))
     with np.errstate(all="ignore"):  # extreme settings give zero, inf or NaN
         first = _first_inhabited(start)
         objects, scale = object_budgets(first), power_scale(scenario)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echobeam.physics.detection import DetectionLaw
+from echobeam.physics.fluctuation import STEADY
 from echobeam.physics.measurement import measured_place
 from echobeam.physics.planar import linear
 from echobeam.schemes.base import Decision
@@ -67,18 +68,18 @@ def _at_bound(world: World, decision: Decision, receives: BoolArray) -> tuple[De
     seen = detection_of(scenario)
     draws = (world.seed, world.trials, world.slot)
     shape = (len(world.trials), *world.state.shape[1:])
-    state = np.broadcast_to(world.state, shape)
+    place = np.broadcast_to(world.place, shape)
     amplitude = fluctuation(world)
     with np.errstate(invalid="ignore"):
-        snr = law.snr(sent, state) * np.abs(amplitude) ** 2
+        snr = law.snr(sent, place) * np.abs(amplitude) ** 2
     # The echo's strength is drawn: its probability is that of a constant one of this strength.
-    constant = replace(seen, fluctuating=False)
+    constant = replace(seen, fluctuation=STEADY)
     probability = constant.probability(np.nan_to_num(snr, nan=0.0))
     luck = _uniform(object_normals(*draws, Use.DETECTION, world.identity, 1)[..., 0])
     truth = world.ideal()
     inside = (truth[..., 1] < seen.longest) & (np.abs(truth[..., 2]) < seen.widest)
     found = world.present & inside & (luck < probability) & receives[:, None]
-    variance = law.variance(sent, state, snr)
+    variance = law.variance(sent, place, snr)
     found &= np.isfinite(variance).all(axis=-1)
     normals = object_normals(*draws, Use.MEASUREMENT, world.identity, shape[-1])
     noise = np.sqrt(np.where(found[..., None], variance, 0.0)) * normals
@@ -102,8 +103,7 @@ def _at_bound(world: World, decision: Decision, receives: BoolArray) -> tuple[De
 def _exceeding(law: DetectionLaw, snr: Array, luck: Array) -> Array:
     """Return strengths over the mean ``(T, F)`` of echoes that exceed the threshold.
 
-    The receiver sees the strength of an echo, and cannot take a false one for an exception. That
-    of Swerling I is exponential, and so is what it has beyond the threshold.
+    The receiver sees the strength of an echo, and cannot take a false one for an exception.
 
     Parameters
     ----------
@@ -114,14 +114,9 @@ def _exceeding(law: DetectionLaw, snr: Array, luck: Array) -> Array:
     luck
         ``(T, F)``: standard normals.
     """
-    if not law.fluctuating:
-        return np.ones(snr.shape)
-    from scipy.special import log_ndtr
-
     with np.errstate(divide="ignore", invalid="ignore"):
         least = -np.log(law.false_alarm) / (law.receiver.elements * snr)
-    strength: Array = least - log_ndtr(luck)
-    return strength
+    return law.fluctuation.beyond(least, luck)
 
 
 def _law_at(world: World, decision: Decision, value: Array, strength: Array) -> Array:
@@ -208,11 +203,11 @@ def _of_signal(world: World, decision: Decision, receives: BoolArray) -> tuple[D
     law, sent = world.scene.law, decision.sent
     amplitude = fluctuation(world)
     with np.errstate(invalid="ignore"):
-        snr = law.snr(sent, world.state) * np.abs(amplitude) ** 2
+        snr = law.snr(sent, world.place) * np.abs(amplitude) ** 2
     found, value, reported = detect_in_signal(world, sent, amplitude, receives)
     valid = found.valid & receives[:, None]
     every = np.stack([found.angle, found.delay, found.doppler], axis=-1)
     every = np.where(valid[..., None], every, np.nan)
     stated = np.where(valid[..., None], found.variance, np.inf)
-    variance = np.where(np.isfinite(value), law.variance(sent, world.state, snr), np.inf)
+    variance = np.where(np.isfinite(value), law.variance(sent, world.place, snr), np.inf)
     return in_order(every, stated), Sensed(snr, value, reported, variance)

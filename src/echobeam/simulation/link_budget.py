@@ -23,7 +23,7 @@ from echobeam.physics.measurement import measure
 from echobeam.physics.planar import linear
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.configure import detection_of
+from echobeam.schemes.configure import arrays_of, detection_of
 from echobeam.simulation.world import World
 from echobeam.units import BOLTZMANN, SPEED_OF_LIGHT
 from echobeam.values import Array, Transmission
@@ -95,8 +95,10 @@ class ObjectBudget:
         SNR, linear, and rate, bit/s/Hz, with all power in the beam matched to the object, Eq. (10).
     beam_width
         Half-power width of that beam, rad.
+    cross_section
+        Radar cross-section at the object's aspect over its mean, linear: 1 if it is constant.
     omni_echo, beam_echo
-        Echoes of the two transmissions.
+        Echoes of the two transmissions, of this cross-section.
     """
 
     name: str
@@ -111,6 +113,7 @@ class ObjectBudget:
     beam_snr: float
     beam_rate: float
     beam_width: float
+    cross_section: float
     omni_echo: EchoBudget
     beam_echo: EchoBudget
 
@@ -193,7 +196,8 @@ def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
     scenario, law = world.scene.scenario, world.scene.law
     radio, array = scenario.radio, linear(law.transmitter)
     here, seen = np.flatnonzero(world.present), detection_of(scenario)
-    state = world.state[0, here]
+    state, place = world.state[0, here], world.place[0, here]
+    sections = np.ones(len(here)) if law.target is None else law.target.relative(place)
     omni = transmission.omni(np.ones(len(here), dtype=np.bool_), radio.power, array.n)
     loss = channel_loss(state[:, 1], radio.noise, radio.alpha0)
     shared = sinr(omni, np.eye(len(here), dtype=np.bool_), state[:, 0], loss, array)
@@ -203,24 +207,25 @@ def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
     snrs = radio.power / loss
     widths = array.half_power_width(state[:, 0])
     budgets = []
-    for place, column in enumerate(here):
-        alone = state[place : place + 1]
-        angle, distance, velocity = (float(component) for component in state[place])
-        snr = float(snrs[place])
+    for row, column in enumerate(here):
+        alone = place[row : row + 1]
+        angle, distance, velocity = (float(component) for component in state[row])
+        snr = float(snrs[row])
         budgets.append(
             ObjectBudget(
                 name=world.scene.mover.names[world.identity[column]],
                 angle=angle,
                 distance=distance,
                 velocity=velocity,
-                delay=float(measured[place, 1]),
-                doppler=float(measured[place, 2]),
+                delay=float(measured[row, 1]),
+                doppler=float(measured[row, 2]),
                 snr=snr,
-                omni_sinr=float(shared[place]),
-                omni_rate=float(rate(shared[place])),
+                omni_sinr=float(shared[row]),
+                omni_rate=float(rate(shared[row])),
                 beam_snr=array.n * snr,
                 beam_rate=float(rate(array.n * snr)),
-                beam_width=float(widths[place]),
+                beam_width=float(widths[row]),
+                cross_section=float(sections[row]),
                 omni_echo=_echo(omni, alone, law, seen, radio.carrier),
                 beam_echo=_echo(
                     _matched(angle, radio.power, array), alone, law, seen, radio.carrier
@@ -232,11 +237,7 @@ def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
 
 def far_field(scenario: Scenario) -> float:
     """Return the larger of the far-field distances of the two arrays, m."""
-    array = scenario.array
-    return max(
-        LinearArray(n, array.spacing, array.axis).far_field(scenario.radio.wavelength)
-        for n in (array.n_tx, array.receivers)
-    )
+    return max(array.far_field(scenario.radio.wavelength) for array in arrays_of(scenario))
 
 
 def _matched(angle: float, power: float, array: LinearArray) -> Transmission:

@@ -159,7 +159,7 @@ class Traced:
 
 
 def mover_of(scenario: Scenario, flight: Flight) -> Mover:
-    """Return the mover of a scenario; this is where a trace is read.
+    """Return the mover of a scenario along a road; this is where a trace is read.
 
     Raises
     ------
@@ -178,12 +178,12 @@ def mover_of(scenario: Scenario, flight: Flight) -> Mover:
         acceleration=acceleration,
         slot_duration=scenario.frame.slot,
         noise=scenario.truth_stds if scenario.truth.process_noise else None,
-        first=_slot_at([item.appears for item in scenario.objects], slot),
-        last=_slot_at(ends, slot) - 1,
+        first=slot_at([item.appears for item in scenario.objects], slot),
+        last=slot_at(ends, slot) - 1,
     )
 
 
-def _slot_at(times: list[float], slot: float) -> IntArray:
+def slot_at(times: list[float], slot: float) -> IntArray:
     """Return the first slots ``(K,)`` that begin at some times or later, counted from 0."""
     number = np.ceil(np.array(times, dtype=float) / slot - 1e-6)
     return np.minimum(number, LAST_SLOT).astype(np.int64)

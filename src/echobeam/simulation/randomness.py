@@ -36,6 +36,8 @@ class Use(IntEnum):
     SURROUNDINGS = 8
     DETECTION = 9
     FALSE_ALARM = 10
+    ALTIMETER = 11
+    TERRAIN = 12
 
 
 def object_normals(

@@ -149,7 +149,7 @@ class _Setup:
     def __init__(self, scenario: Scenario, trials: int, seed: int, mode: str) -> None:
         if not scenario.n_objects:
             raise ScenarioError(f"{scenario.name}: no objects; expected one to sense")
-        world = begin(scene_of(scenario.replace({"truth.process_noise": False})), 0, range(1))
+        world = begin(scene_of(scenario.calm), 0, range(1))
         self.world, self.trials, self.seed = _first_present(world), trials, seed
         radar, law = scenario.radar, world.scene.law
         self.arrays = linear(law.transmitter), linear(law.receiver)

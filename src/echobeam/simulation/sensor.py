@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from echobeam.schemes.base import Decision
+from echobeam.schemes.configure import fluctuation_of
 from echobeam.simulation.randomness import Use, object_normals
 from echobeam.simulation.signal_sensor import measure_signal
 from echobeam.simulation.world import World
@@ -75,8 +76,8 @@ def sense(world: World, decision: Decision) -> Echoes:
 
 def fluctuation(world: World) -> ComplexArray:
     """Return each echo's amplitude relative to its mean power, ``(T or 1, K)``."""
-    if world.scene.scenario.radar.fluctuation == "none":
+    law = fluctuation_of(world.scene.scenario)
+    if law.steady:
         return np.ones((1, world.identity.size), dtype=np.complex128)
     pair = object_normals(world.seed, world.trials, world.slot, Use.FLUCTUATION, world.identity, 2)
-    drawn: ComplexArray = (pair[..., 0] + 1j * pair[..., 1]) / np.sqrt(2.0)
-    return drawn
+    return law.amplitude(pair)

@@ -121,8 +121,10 @@ def _in_parts(
     """Yield some trials at a time: which, the echoes found, the objects' ideal measurements."""
     trials, objects = len(world.trials), world.identity.size
     state = np.broadcast_to(world.state, (trials, objects, 3))
-    spread = np.broadcast_to(amplitude, (trials, objects))
     law = world.scene.law
+    if law.target is not None:
+        amplitude = amplitude * np.sqrt(np.nan_to_num(law.target.relative(world.place)))
+    spread = np.broadcast_to(amplitude, (trials, objects))
     step = trials_at_once(world.scene.scenario.radar, max(law.receiver.n, law.transmitter.n))
     for first in range(0, trials, step):
         some = slice(first, first + step)

@@ -21,9 +21,9 @@ from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import CoverageTable
 from echobeam.schemes.configure import geometry_of, system_for
 from echobeam.schemes.models import measurement_model
-from echobeam.simulation.bound import bound_terms
+from echobeam.simulation.bound import bound_terms, flown
 from echobeam.simulation.track_statistics import NEEDED_OF_TRACKS, track_statistics
-from echobeam.values import Array, BoolArray, Mode, StateSpace, UavState
+from echobeam.values import Array, BoolArray, Mode, StateSpace
 
 Statistics = dict[str, Array]
 
@@ -39,7 +39,6 @@ def per_trial(name: str) -> bool:
 NEEDED = (
     "truth",
     "present",
-    "uav_position",
     "uav_velocity",
     "mode",
     "covered",
@@ -63,7 +62,7 @@ def needed(scenario: Scenario) -> tuple[str, ...]:
     unlabelled = scenario.unlabelled
     names: tuple[str, ...] = NEEDED
     if scenario.geometry == "ground":
-        names = tuple("cover" if name == "covered" else name for name in NEEDED)
+        names = ("uav_position", *("cover" if name == "covered" else name for name in NEEDED))
     return (*names, *NEEDED_OF_TRACKS, "beam", "sinr") if unlabelled else names
 
 
@@ -255,12 +254,6 @@ def _errors(arrays: Arrays, space: StateSpace) -> Statistics:
         | _sums("nees", normalised)
         | _sums("nees_count", np.isfinite(normalised))
     )
-
-
-def flown(arrays: Arrays) -> UavState:
-    """Return the UAV in every slot, for arrays ``(..., slot, object)``: ``(slot, 1, 3)`` each."""
-    position, velocity = _floats(arrays["uav_position"]), _floats(arrays["uav_velocity"])
-    return UavState(position[:, None], velocity[:, None])
 
 
 def _innovations(arrays: Arrays, scenario: Scenario, geometry: Geometry) -> Statistics:

@@ -9,6 +9,8 @@ import numpy as np
 from echobeam.physics.coordinates import direction_of, distance_of
 from echobeam.physics.link import channel_loss, rate, sinr
 from echobeam.schemes.base import Decision
+from echobeam.simulation.elevation import elevated
+from echobeam.simulation.headings import headings
 from echobeam.simulation.movers import Ground
 from echobeam.simulation.scene import Scene
 from echobeam.values import (
@@ -47,6 +49,8 @@ class World:
         The objects in ground coordinates.
     state
         ``(T or 1, K, S)``: the objects as seen from the UAV; NaN where nobody is.
+    heading
+        ``(T or 1, K, 3)``: vector along each object's direction of travel, of any length.
     """
 
     scene: Scene
@@ -56,6 +60,7 @@ class World:
     uav: UavState
     ground: Ground
     state: Array
+    heading: Array
 
     @property
     def identity(self) -> IntArray:
@@ -70,8 +75,14 @@ class World:
 
     @property
     def place(self) -> Array:
-        """``(T or 1, K, A + 1)`` or more: direction and distance of the objects."""
-        return self.scene.geometry.place(self.state, self.uav)
+        """``(T or 1, K, A + 1)`` or more: direction and distance of the objects.
+
+        Laws of the echo are evaluated there. Its velocity is the heading, which an object at rest
+        has as well.
+        """
+        geometry, position = self.scene.geometry, self.ground.position
+        motion = self.ground.velocity if self.scene.law.target is None else self.heading
+        return geometry.place(geometry.exact(position, motion, self.uav), self.uav)
 
     def link(self, decision: Decision, addressee: IntArray) -> Link:
         """Return SINR and rate at the true channel, Eqs. (7), (8), (10).
@@ -103,13 +114,15 @@ class World:
 
     def ideal(self) -> Array:
         """Return the objects' measurements without noise, ``(T or 1, K, M)``, Eqs. (17)-(19)."""
-        carrier = self.scene.scenario.radio.carrier
-        return self.scene.geometry.ideal(self.state, self.uav, carrier)
+        geometry, ground = self.scene.geometry, self.ground
+        state = geometry.exact(ground.position, ground.velocity, self.uav)
+        return geometry.ideal(state, self.uav, self.scene.scenario.radio.carrier)
 
     def advance(self) -> World:
         """Return nature one slot later."""
         ground = self.scene.mover.advance(self.ground, self.slot, self.uav, self.seed, self.trials)
-        return _seen(replace(self, slot=self.slot + 1, ground=ground))
+        heading = headings(ground, self.ground.identity, self.heading)
+        return _seen(replace(self, slot=self.slot + 1, ground=ground, heading=heading))
 
     def addressed(self, addressee: IntArray) -> BoolArray:
         """Return ``(T, K, C)``: whether a stream is for an object, by identities ``(T, C)``."""
@@ -121,13 +134,15 @@ def begin(scene: Scene, seed: int, trials: range) -> World:
     """Return nature in the first slot of some trials."""
     ground = scene.mover.begin()
     nothing = np.empty(0)
-    return _seen(World(scene, seed, trials, 0, scene.flight.at(0), ground, nothing))
+    heading = headings(ground, ground.identity, None)
+    return _seen(World(scene, seed, trials, 0, scene.flight.at(0), ground, nothing, heading))
 
 
 def _seen(world: World) -> World:
     """Return nature with the UAV in its slot and the objects as seen from there."""
     uav = world.scene.flight.at(world.slot)
-    ground = world.ground
+    ground = elevated(world.ground, world.scene.scenario, world.seed, world.trials)
     state = world.scene.geometry.state(ground.position, ground.velocity, uav)
     freeze(state, ground.position, ground.velocity, ground.identity, uav.position, uav.velocity)
-    return replace(world, uav=uav, state=state)
+    freeze(world.heading)
+    return replace(world, uav=uav, ground=ground, state=state)

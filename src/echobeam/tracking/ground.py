@@ -154,7 +154,7 @@ class GroundMeasurement:
         place = [*range(axes), size - 1]
         H = np.zeros((len(self.names), size, *distance.shape))
         if axes == 1:
-            H[0, 0], H[0, 2] = -sight[1] / distance, sight[0] / distance
+            H[0, 0], H[0, size - 1] = -sight[1] / distance, sight[0] / distance
         else:
             for row, towards in enumerate(self._downward()):
                 cosine = _along(towards, sight)
@@ -207,9 +207,9 @@ def polar_of(state: Array, uav: UavState) -> Array:
     Parameters
     ----------
     state
-        ``(..., 3)``: x, v, b; NaN gives NaN.
+        ``(..., S)``: x, v, any others, b; NaN gives NaN.
     uav
         The UAV in the slot.
     """
-    x, depth = state[..., 0] - uav.position[0], uav.position[2] + state[..., 2]
+    x, depth = state[..., 0] - uav.position[0], uav.position[2] + state[..., -1]
     return np.stack([np.arctan2(depth, x), np.hypot(depth, x), state[..., 1]], axis=-1)

@@ -63,11 +63,15 @@ class Updated(Brief):
         ``(..., K)``: normalised innovation squared at the prior; 0 where nothing was measured.
     degrees
         ``(..., K)``: components that were measured.
+    log_likelihood
+        ``(..., K)``: logarithm of the density of the innovation at the prior; 0 where nothing was
+        measured.
     """
 
     state: GaussianState
     nis: Array
     degrees: Array
+    log_likelihood: Array
 
 
 def linearised(mean: Array, cov: Array, model: MeasurementModel, uav: UavState) -> Linearised:
@@ -126,7 +130,7 @@ def update(
     measured: BoolArray = np.isfinite(value) & np.isfinite(variance)
     degrees = np.where(prior.known, measured.sum(axis=-1), 0)
     mean, cov = prior.mean, prior.cov
-    nis = np.zeros(degrees.shape)
+    nis = likelihood = np.zeros(degrees.shape)
     with np.errstate(all="ignore"):  # unknown objects, and lines that have left the ground
         for iteration in range(iterations):
             line = linearised(mean, cov, model, uav)
@@ -134,6 +138,8 @@ def update(
             if iteration == 0:
                 total = _with_noise(line.cov, variance, measured)
                 nis = np.where(degrees > 0, gaussian.square_norm(innovation, total), 0.0)
+                density = gaussian.log_density(innovation, total)
+                likelihood = np.where(degrees > 0, density, 0.0)
             # what the line expects of the prior's mean
             back = (line.slope * (prior.mean - line.at)[..., None, :]).sum(axis=-1)
             noise = _with_noise(line.omega, variance, measured)
@@ -142,7 +148,7 @@ def update(
     used = degrees > 0
     mean = np.where(used[..., None], mean, prior.mean)
     cov = np.where(used[..., None, None], cov, prior.cov)
-    return Updated(living(mean, cov, prior.known, space), nis, degrees)
+    return Updated(living(mean, cov, prior.known, space), nis, degrees, likelihood)
 
 
 def _with_noise(cov: Array, variance: Array, measured: BoolArray) -> Array:

@@ -11,7 +11,8 @@ and Computing 10, 2000, section II.C).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from echobeam.estimation import gaussian
 from echobeam.tracking.gaussian_sum import normalised
 from echobeam.tracking.models import MeasurementModel
 from echobeam.values import Array, BoolArray, GaussianState, UavState
+
+HEIGHT_SHARES = (2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0)
+"""Probabilities of the heights of `at_heights`."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -48,7 +52,7 @@ class PositionGrid(Brief):
     cov: Array
 
 
-def grid_of(state: GaussianState, points: int, reach: float) -> PositionGrid:
+def grid_of(state: GaussianState, points: int, reach: float | Array) -> PositionGrid:
     """Return a grid of one axis over a Gaussian belief of position, velocity and altitude error.
 
     Parameters
@@ -58,24 +62,24 @@ def grid_of(state: GaussianState, points: int, reach: float) -> PositionGrid:
     points
         G, at least 2.
     reach
-        Standard deviations of the position to either side.
+        Standard deviations of the position to either side, one number or ``(..., K)``.
     """
-    if points < 2 or not reach > 0.0:
+    if points < 2 or not np.all(np.asarray(reach) > 0.0):
         raise ValueError(
             f"points, reach: {points}, {reach} are not accepted; expected 2 or more, and > 0"
         )
     mean, cov = state.mean, state.cov
     std = np.sqrt(cov[..., 0, 0])
-    place = np.linspace(-reach, reach, points)
+    ends = np.broadcast_to(np.asarray(reach, dtype=np.float64), std.shape)[..., None]
+    place = ends * np.linspace(-1.0, 1.0, points)
     exact = std == 0.0
     with np.errstate(invalid="ignore"):
         gain = cov[..., 1:, 0] / np.where(exact, 1.0, std)[..., None]  # for each deviation
     whole = np.concatenate([std[..., None], gain], axis=-1)
-    grid = mean[..., None, :] + place[:, None] * whole[..., None, :]
+    grid = mean[..., None, :] + place[..., None] * whole[..., None, :]
     left = cov[..., 1:, 1:] - gain[..., :, None] * gain[..., None, :]
-    step = std * (place[1] - place[0])
-    log_prior = np.broadcast_to(-0.5 * place**2, grid.shape[:-1])
-    return PositionGrid(grid, step, np.zeros_like(step), log_prior, left)
+    step = std * (place[..., 1] - place[..., 0])
+    return PositionGrid(grid, step, np.zeros_like(step), -0.5 * place**2, left)
 
 
 def flat_grid(low: Array, high: Array, points: int, stds: tuple[float, ...]) -> PositionGrid:
@@ -95,6 +99,37 @@ def flat_grid(low: Array, high: Array, points: int, stds: tuple[float, ...]) -> 
     state = np.stack([x, *(np.zeros_like(x) for _ in stds)], axis=-1)
     cov = np.broadcast_to(np.diag(np.square(stds)), (*low.shape, len(stds), len(stds)))
     return PositionGrid(state, step, step, np.zeros_like(x), cov)
+
+
+def at_heights(grid: PositionGrid) -> list[PositionGrid]:
+    """Return a grid at three heights: the direction, and so the law, of a place depends on it.
+
+    The nodes are those of Gauss and Hermite for the altitude error given the position, with the
+    shares `HEIGHT_SHARES`. Near the null of a beam half a metre changes the variance by orders of
+    magnitude.
+    """
+    std = np.sqrt(grid.cov[..., -1, -1])[..., None]
+    made = []
+    for node in (0.0, np.sqrt(3.0), -np.sqrt(3.0)):
+        state = grid.state.copy()
+        state[..., -1] += node * std
+        made.append(replace(grid, state=state))
+    return made
+
+
+def mixed(grid: PositionGrid, shares: Sequence[float]) -> PositionGrid:
+    """Return a grid with every point once for each of several laws of known probability.
+
+    Parameters
+    ----------
+    grid
+        Points ``(..., G)``; the ones returned are ``(..., L G)``, all those of a law together.
+    shares
+        L, positive.
+    """
+    log_prior = np.concatenate([grid.log_prior + np.log(share) for share in shares], axis=-1)
+    state = np.concatenate([grid.state] * len(shares), axis=-2)
+    return replace(grid, state=state, log_prior=log_prior)
 
 
 def weights(
@@ -185,6 +220,23 @@ def effective_variance(weight: Array, variance: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         information = (weight[..., None] / variance).sum(axis=-2)
         return np.where(information > 0.0, 1.0 / information, np.inf)
+
+
+def roughness(weight: Array, variance: Array) -> Array:
+    """Return the mean change of log R between neighbours on a grid, ``(...)``.
+
+    Parameters
+    ----------
+    weight
+        ``(..., G)`` of `weights`.
+    variance
+        ``(..., G, M)``: R at every point; the largest change of its components counts. It is 1 on
+        either side of a point without an echo, where R is infinite.
+    """
+    with np.errstate(all="ignore"):
+        change = np.abs(np.diff(np.log(variance), axis=-2)).max(axis=-1)
+    shared = 0.5 * (weight[..., 1:] + weight[..., :-1])
+    return np.asarray((shared * np.where(np.isfinite(change), change, 1.0)).sum(axis=-1))
 
 
 Terms = tuple[Array, Array, Array, BoolArray]

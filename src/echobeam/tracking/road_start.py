@@ -17,8 +17,8 @@ FARTHEST = 500.0
 STAGES = 4
 """Grids on which a first position is sought, each where the one before has found it."""
 
-REACH = 6.0
-"""Standard deviations that the next of these grids reaches to either side."""
+NOTHING = 1e-6
+"""Largest probability of a cell that the next of these grids leaves out."""
 
 
 def first_state(
@@ -28,8 +28,8 @@ def first_state(
     uav: UavState,
     stds: tuple[float, ...],
     points: int,
-) -> tuple[Array, Array]:
-    """Return the moments of the posterior of a first measurement.
+) -> tuple[PositionGrid, Array, Array, Array]:
+    """Return the last grid and the moments of the posterior of a first measurement.
 
     Every position within `FARTHEST` is as likely before. Where angle and distance leave the side
     open, the moments are those of both sides together.
@@ -49,6 +49,8 @@ def first_state(
 
     Returns
     -------
+    grid, weight
+        The last grid, and the posterior ``(..., G)`` on it.
     mean, cov
         ``(..., 3)`` and ``(..., 3, 3)``: x, v, b in m, m/s, m.
     """
@@ -59,10 +61,9 @@ def first_state(
         grid = road_grid.flat_grid(low, high, points, stds)
         weight = road_grid.weights(grid, value, law(grid), model, uav)
         x = grid.state[..., 0]
-        centre = (weight * x).sum(axis=-1)
-        square = (weight * (x - centre[..., None]) ** 2).sum(axis=-1) + grid.step**2 / 12.0
-        reach = REACH * np.sqrt(square)
-        low, high = np.clip(centre - reach, near, far), np.clip(centre + reach, near, far)
+        there = weight > NOTHING
+        half = 0.5 * grid.step
+        low = np.where(there, x, np.inf).min(axis=-1) - half
+        high = np.where(there, x, -np.inf).max(axis=-1) + half
     grid = road_grid.flat_grid(low, high, points, stds)
-    _, mean, cov = road_grid.posterior(grid, value, law(grid), model, uav)
-    return mean, cov
+    return grid, *road_grid.posterior(grid, value, law(grid), model, uav)

@@ -1,0 +1,181 @@
+"""Echoes of the standard's targets in runs: strength by hand, headings, what schemes are given."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import echobeam as eb
+from echobeam.scenario.checking import ScenarioError
+from echobeam.simulation.headings import headings
+from echobeam.simulation.movers import Ground
+from echobeam.values import NOBODY
+
+MEAN, STD = 11.25, 3.41
+"""The vehicle's 10 lg(sigma_M), dBsm, and its deviation, dB."""
+
+FRONT = (71.75, 29.13, 15.52, 8.45)
+BACK = (79.65, 36.73, 14.56, 7.50)
+ROOF = (0.0, 18.13, 21.26, 14.19)
+"""theta_center, theta_3dB, G_max, sigma_max of the vehicle's rows, TR 38.901 table 7.9.2.1-4."""
+
+
+def by_hand(angle, velocity):
+    """Return sigma_D of a vehicle on the road: from ahead, from behind or from above."""
+    zenith = np.abs(90.0 - np.degrees(angle))
+    towards = (np.cos(angle) > 0.0) == (velocity < 0.0)  # it approaches the UAV: its front
+    rows = [
+        peak - np.minimum(12.0 * ((zenith - centre) / width) ** 2, depth)
+        for centre, width, peak, depth in (FRONT, BACK, ROOF)
+    ]
+    level = np.where(zenith < 30.0, rows[2], np.where(towards, rows[0], rows[1]))
+    return 10.0 ** (0.1 * (level - MEAN))
+
+
+def run(name, target, schemes=("omni",), trials=50, **changes):
+    scenario = eb.load_scenario(name).replace({"radar.target": target, **changes})
+    return eb.simulate(scenario, list(schemes), trials=trials, seed=4, progress=False)
+
+
+def strengths(result):
+    """Return the echo's SNR over that of the mean cross-section, in omnidirectional slots."""
+    distance = result["truth"].sel(state="distance").values
+    mean = 10.0 * 120.0**2 * 2.0 / distance**4  # Eq. (14) with the paper's numbers
+    return result["radar_snr"].values / mean
+
+
+def test_the_echo_is_that_of_aspect_and_law():
+    """Strengths over sigma_D are log-normal: mu and s of their decibels, 4.5 standard errors."""
+    result = run("paper-multi", "3gpp-vehicle", trials=400)
+    angle, _, velocity = np.moveaxis(result["truth"].values, -1, 0)
+    drawn = 10.0 * np.log10(strengths(result)[0] / by_hand(angle, velocity))
+    count = drawn.size
+    mu = -np.log(10.0) / 20.0 * STD**2
+    assert abs(drawn.mean() - mu) < 4.5 * STD / np.sqrt(count)
+    assert abs(drawn.std() - STD) < 4.5 * STD / np.sqrt(2 * count)
+    assert drawn.max() <= mu + 3.0 * STD + 1e-9
+    flat = drawn.reshape(400, -1)
+    assert np.unique(np.round(flat, 9)).size > 0.99 * count  # anew for each object and slot
+    correlation = np.corrcoef(flat.T) - np.eye(flat.shape[1])
+    assert np.abs(correlation).max() < 4.5 / np.sqrt(400)
+
+
+@pytest.mark.parametrize("target", ["3gpp-vehicle", "3gpp-human", "swerling1"])
+def test_all_schemes_meet_the_same_luck_however_the_work_is_split(target):
+    schemes = ("omni", "omni:velocity_prior=20")
+    whole = run("paper-multi", target, schemes, trials=6)
+    np.testing.assert_array_equal(*strengths(whole))
+    few = run("paper-multi", target, schemes, trials=3)
+    np.testing.assert_array_equal(whole["radar_snr"][:, :3], few["radar_snr"])
+
+
+def test_targets_without_an_aspect_are_alike_from_all_sides():
+    small, human = (run("paper-multi", f"3gpp-{name}") for name in ("small-uav", "human"))
+    decibels = [10.0 * np.log10(strengths(one)) for one in (small, human)]
+    # the same draw g: 10 lg sigma_S = mu + s g
+    draws = [
+        (one + np.log(10.0) / 20.0 * std**2) / std
+        for one, std in zip(decibels, (3.74, 3.94), strict=True)
+    ]
+    np.testing.assert_allclose(draws[0], draws[1], atol=1e-9)
+
+
+def test_swerling_one_is_a_target_as_well_and_the_default_is_constant():
+    one = run("paper-multi", "swerling1", ("temporal",), trials=4)
+    other = run("paper-multi", "constant", ("temporal",), trials=4,
+                **{"radar.fluctuation": "swerling1"})  # fmt: skip
+    for name in ("radar_snr", "measured", "rate", "measured_var"):
+        np.testing.assert_array_equal(one[name], other[name])
+    np.testing.assert_allclose(strengths(run("paper-multi", "constant")), 1.0, rtol=1e-12)
+
+
+def test_a_scheme_is_given_the_variance_at_the_aspect_that_it_predicts():
+    """Eq. (20) solved for the SNR: sigma_D at the prediction, not at the truth, times the strength.
+
+    The strength that nature drew follows from the echo and the true aspect.
+    """
+    result = run("paper-multi", "3gpp-vehicle", trials=200)
+    angle, _, velocity = np.moveaxis(result["truth"].values, -1, 0)
+    drawn = strengths(result)[0] / by_hand(angle, velocity)
+    predicted = result["predicted"].values[0]
+    stated = result["measured_var"].sel(measurement="delay").values[0]
+    known = np.isfinite(predicted[..., 0])
+    theta, distance, speed = np.moveaxis(predicted, -1, 0)
+    snr = 1.0 / (30 * 30 * 80e6**2 * stated)
+    aspect = snr * distance**4 / (10.0 * 120.0**2 * 2.0) / drawn
+    np.testing.assert_allclose(aspect[known], by_hand(theta, speed)[known], rtol=1e-9)
+    wrong = np.broadcast_to((speed < 0) != (velocity < 0), known.shape)[known]
+    assert 0.05 < wrong.mean() < 0.6  # the first Doppler leaves the heading open
+
+
+def test_the_receiver_of_signals_states_the_variance_of_the_echo():
+    """At high SNR the stated deviations follow the cross-section, with the same noise."""
+    strong = {"radio.power": 3e9, "frame.slots_per_frame": 3}
+    vehicle, constant = (
+        run("paper-signal", target, trials=6, **strong) for target in ("3gpp-vehicle", "constant")
+    )
+    gain = strengths(vehicle) / strengths(constant)
+    stated = [one["measured_var"].sel(measurement="delay").values for one in (constant, vehicle)]
+    assert np.isfinite(stated).all()
+    np.testing.assert_allclose(stated[0] / stated[1], gain, rtol=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scenario", "target"), [("arrivals", "3gpp-vehicle"), ("traffic", "3gpp-agv")]
+)
+def test_unlabelled_and_traced_runs_reach_the_end(scenario, target):
+    """No echo is NaN where somebody is."""
+    result = run(scenario, target, ("temporal",), trials=2)
+    there = result["present"].values
+    assert np.isfinite(result["radar_snr"].values[0][there]).all()
+
+
+def test_an_object_at_rest_is_refused_where_it_needs_a_heading():
+    scenario = eb.load_scenario("paper-multi").replace({"objects.1.velocity": 0.0})
+    for target in ("3gpp-vehicle", "3gpp-large-uav", "3gpp-agv"):
+        with pytest.raises(ScenarioError, match=r"objects\.1\.velocity.*heading.*3gpp-human"):
+            scenario.replace({"radar.target": target})
+    for target in ("3gpp-human", "3gpp-small-uav", "swerling1", "constant"):
+        scenario.replace({"radar.target": target})
+
+
+def test_contradictions_and_unknown_targets_are_refused():
+    scenario = eb.load_scenario("paper-multi")
+    with pytest.raises(ScenarioError, match=r"radar\.target: 'car'.*3gpp-vehicle"):
+        scenario.replace({"radar.target": "car"})
+    with pytest.raises(ScenarioError, match=r"radar\.fluctuation: 'swerling1' contradicts"):
+        scenario.replace({"radar.target": "3gpp-human", "radar.fluctuation": "swerling1"})
+
+
+def ground_of(velocity, identity):
+    velocity = np.array(velocity, dtype=float)[None]
+    return Ground(np.zeros_like(velocity), velocity, np.array(identity))
+
+
+def test_an_object_at_rest_has_its_last_heading_and_at_first_the_roads():
+    first = ground_of([[-3, 0, 0], [0, 0, 0], [np.nan] * 3], [4, 7, NOBODY])
+    one = headings(first, first.identity, None)
+    np.testing.assert_array_equal(one[0], [[-3, 0, 0], [1, 0, 0], [np.nan] * 3])
+    moved = ground_of([[0, 0, 0], [0, 0, 0], [0, 0, 0]], [NOBODY, 9, 4])
+    two = headings(moved, first.identity, one)
+    np.testing.assert_array_equal(two[0, 1:], [[1, 0, 0], [-3, 0, 0]])
+    on = ground_of([[0, 2, 0]], [4])
+    assert headings(on, moved.identity, two) is on.velocity
+
+
+def test_an_object_that_stops_keeps_its_heading():
+    """It brakes to exactly zero after four slots and drives back: back, then front."""
+    changes = {"objects.0.velocity": 1.0, "objects.0.acceleration": -25.0,
+               "objects.0.angle": "25 deg"}  # fmt: skip
+    result = run("paper-single", "3gpp-vehicle", trials=2, **changes)
+    velocity = result["truth"].values[0, :, 0, 2]
+    rest = np.flatnonzero(velocity == 0.0)
+    assert rest.size == 1
+    human = run("paper-single", "3gpp-human", trials=2, **changes)
+    draws = (10.0 * np.log10(strengths(human)) + np.log(10.0) / 20.0 * 3.94**2) / 3.94
+    own = 10.0 ** (0.1 * (STD * draws - np.log(10.0) / 20.0 * STD**2))
+    found = strengths(result) / own
+    angle = result["truth"].values[..., 0]
+    heading = np.where(np.arange(velocity.size) <= rest[0], 1.0, -1.0)[:, None]
+    np.testing.assert_allclose(found[0], by_hand(angle, heading), rtol=1e-9)
