@@ -70,12 +70,15 @@ class Outcome:
 
 
 class Results:
-    """Outcomes by name of the setup."""
+    """Outcomes by name of the setup, and the settings ``KEY=VALUE`` of all of them."""
 
-    def __init__(self, outcomes: Sequence[Outcome], trials: int, seed: int) -> None:
+    def __init__(
+        self, outcomes: Sequence[Outcome], trials: int, seed: int, settings: Sequence[str] = ()
+    ) -> None:
         self.outcomes = {outcome.point.name: outcome for outcome in outcomes}
         self.trials = trials
         self.seed = seed
+        self.settings = tuple(settings)
 
     def __getitem__(self, name: str) -> Outcome:
         """Return the outcome of a setup."""
@@ -92,4 +95,4 @@ class Results:
             found = self[variation.named(name)] if name in names else own
             point = replace(found.point, name=name, schemes=own.point.schemes)
             outcomes.append(replace(found, point=point, asked=set()))
-        return Results(outcomes, self.trials, self.seed)
+        return Results(outcomes, self.trials, self.seed, self.settings)
