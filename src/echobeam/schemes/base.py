@@ -14,7 +14,7 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.faults import InputError, RunError
-from echobeam.physics.coordinates import Geometry, distance_of
+from echobeam.physics.coordinates import Geometry
 from echobeam.physics.detection import DetectionLaw
 from echobeam.physics.link import channel_loss
 from echobeam.physics.planar import AntennaArray
@@ -100,7 +100,7 @@ class System(Brief):
         """The transmit array."""
         return self.law.transmitter
 
-    def loss(self, place: Array, share: Array | None = None) -> Array:
+    def loss(self, distance: Array, share: Array | None = None) -> Array:
         """Return the noise over path gain ``(T, C)`` that beams of the whole power are made for.
 
         It is `channel_loss`. With a share s of the power in all directions it is
@@ -109,13 +109,12 @@ class System(Brief):
 
         Parameters
         ----------
-        place
-            ``(T, C, A + 1)`` or more: direction and distance of each object.
+        distance
+            ``(T, C)`` m: of each object.
         share
             ``(T,)``: s; None for none.
         """
         radio = self.radio
-        distance = distance_of(place, self.transmitter.axes)
         loss = channel_loss(distance, radio.noise, radio.alpha0)
         if share is None or not share.any():
             return loss

@@ -11,7 +11,7 @@ from echobeam.beamforming.design import design_batch
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.brief import Brief
 from echobeam.faults import InputError
-from echobeam.physics.coordinates import cover_shape, direction_of
+from echobeam.physics.coordinates import cover_shape, direction_of, distance_of
 from echobeam.scenario.tables import CoverageTable
 from echobeam.schemes.base import System, View
 from echobeam.schemes.covers import cover_of
@@ -92,9 +92,10 @@ def problems_at(
     `System.loss`.
     """
     n_objects = active.shape[-1]
-    loss = system.loss(place, share)
+    axes = system.transmitter.axes
+    loss = system.loss(distance_of(place, axes), share)
     return ProblemBatch(
-        angles=direction_of(place, system.transmitter.axes),
+        angles=direction_of(place, axes),
         loss=loss,
         coverage_halfwidths=covered,
         active=active & ~np.isinf(loss),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.physics.coordinates import direction_of
+from echobeam.physics.coordinates import direction_of, distance_of
 from echobeam.schemes.base import System
 from echobeam.values import Array, BoolArray, ComplexArray, aligned
 
@@ -53,7 +53,7 @@ def matched_beams(
         ``(...)``: part of the power in all directions, see `System.loss`.
     """
     array = system.transmitter
-    loss = np.where(active, system.loss(place, share), 1.0)
+    loss = np.where(active, system.loss(distance_of(place, array.axes), share), 1.0)
     seen = active & np.isfinite(loss)
     power = water_filling(loss / array.elements, seen, system.radio.power)
     direction = direction_of(place, array.axes)
