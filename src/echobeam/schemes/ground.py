@@ -9,10 +9,12 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.faults import InputError
+from echobeam.physics.plane import GroundGeometry
 from echobeam.schemes.base import View
 from echobeam.schemes.ground_echoes import Echoes, law_on, strength_of
 from echobeam.schemes.ground_grid import grid_posterior, view_of
 from echobeam.schemes.ground_motion import Motion, Motions, motions_of
+from echobeam.schemes.ground_plane import PlaneBelief, PlaneTracker
 from echobeam.schemes.ground_report import reported
 from echobeam.schemes.trackers import labelled
 from echobeam.tracking import fading, posterior_linearisation
@@ -58,9 +60,16 @@ class GroundBelief(Brief):
     probability: Array
 
 
+AnyBelief = GroundBelief | PlaneBelief
+"""Belief on the road or on the plane, by the scenario's geometry."""
+
+
 @dataclass(frozen=True, slots=True)
 class GroundTracker:
-    """Sigma-point filter of position and velocity on the road, with the altitude error unknown.
+    """Filter of position and velocity on the road, with the altitude error unknown.
+
+    On a plane, `geometry = "ground"`, it is that of `PlaneTracker`; what is said of points and
+    iterations is of the road.
 
     Attributes
     ----------
@@ -77,7 +86,6 @@ class GroundTracker:
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("velocity_std", "velocity_prior")
-    geometries: ClassVar[tuple[str, ...]] = ("road",)
 
     points: int = 32
     first_points: int = 64
@@ -98,8 +106,18 @@ class GroundTracker:
                 f"{', '.join(get_args(Motion))}"
             )
 
-    def start(self, view: View) -> GroundBelief:
+    @property
+    def _on_plane(self) -> PlaneTracker:
+        return PlaneTracker(adaptive=self.adaptive)
+
+    def start(self, view: View) -> AnyBelief:
         """Return no knowledge."""
+        if isinstance(view.system.geometry, GroundGeometry):
+            if self.motion != "cv":
+                raise InputError(
+                    f'motion: {self.motion!r} is not possible with geometry = "ground"; expected cv'
+                )
+            return self._on_plane.start(view)
         motions = self._motions(view)
         shape = motions.columns(view.roster).shape
         size = motions.space.size
@@ -111,8 +129,10 @@ class GroundTracker:
         probability = motions.at_first(view.roster.shape)
         return _believed(motions, nothing, probability, fading.no_surprise(shape), None, view)
 
-    def predict(self, belief: GroundBelief, view: View) -> GroundBelief:
+    def predict(self, belief: AnyBelief, view: View) -> AnyBelief:
         """Return the prediction of this slot; objects that left the roster are forgotten."""
+        if isinstance(belief, PlaneBelief):
+            return self._on_plane.predict(belief, view)
         motions = self._motions(view)
         stays = motions.columns(belief.tracks.id == view.roster)
         state, surprise, shape = belief.state, belief.surprise, belief.shape
@@ -126,8 +146,10 @@ class GroundTracker:
         mirrors = view.system.array.axis == "vertical"
         return _believed(motions, prior, probability, surprise, shape, view, one_side=mirrors)
 
-    def update(self, prior: GroundBelief, detections: Detections, view: View) -> GroundBelief:
+    def update(self, prior: AnyBelief, detections: Detections, view: View) -> AnyBelief:
         """Return the posterior of known objects and the first state of new ones."""
+        if isinstance(prior, PlaneBelief):
+            return self._on_plane.update(prior, detections, view)
         value, stated = labelled(detections, prior.tracks.id)
         value = np.where(np.isfinite(stated), value, np.nan)
         measured = np.isfinite(value)

@@ -26,7 +26,7 @@ from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.model import Scenario
 from echobeam.sensing.chain import Echo, Processing, angle_by_capon, find_echoes, receiver_of
 from echobeam.sensing.directions import mirrored
-from echobeam.sensing.refine import Receiver
+from echobeam.sensing.target import Receiver
 from echobeam.sensing.threads import one_thread
 from echobeam.simulation.grid import check_unambiguous, element_noise, waveform_of
 from echobeam.simulation.randomness import Use, trial_normals
@@ -207,7 +207,7 @@ class _Setup:
         return {
             f"angle {name}": np.full(count, np.nan)
             if blind
-            else mirrored(known.receiver, angle, near) - truth[0]
+            else mirrored(linear(known.receiver), angle, near) - truth[0]
             for name, angle in angles.items()
         } | {
             "delay": found.delay[:, 0] - truth[1],
@@ -281,7 +281,10 @@ def _repeated(sent: Transmission, count: int) -> Transmission:
 
 def _both(found: Echo, truth: Array, known: Receiver) -> BoolArray:
     """Return in which trials both objects are found within half of their separation."""
-    u, wanted = known.receiver.frequency(found.angle), known.receiver.frequency(truth)
+    u, wanted = (
+        linear(known.receiver).frequency(found.angle),
+        linear(known.receiver).frequency(truth),
+    )
     within = 0.5 * abs(wanted[0] - wanted[1])
     off = np.abs(u[..., None] - wanted) <= within
     straight, crossed = off[:, 0, 0] & off[:, 1, 1], off[:, 0, 1] & off[:, 1, 0]
