@@ -208,7 +208,7 @@ def test_false_detections_are_uniform_over_the_visible_disc():
 
 def test_tracks_that_no_beams_separate_share_one():
     """Two vehicles within a beam: one stream for both in turns, and its cover reaches both."""
-    near = [{"position": [40, 30], "velocity": [20, 5]}, {"position": [41, 31], "velocity": [18, 5]}]
+    near = [{"position": place, "velocity": [20, 5]} for place in ([40, 30], [41, 31])]
     result = eb.simulate(
         unlabelled(objects=near, **{"radar.clutter": 0.0}), ["water-filling"], trials=2, seed=3
     )
