@@ -107,7 +107,8 @@ def check_sensing(
     Raises
     ------
     ScenarioError
-        If the geometry is the ground's, or there is no object, or its echo is beyond the waveform's unambiguous delay or Doppler.
+        If the geometry is the ground's, or there is no object, or its echo is beyond the
+        waveform's unambiguous delay or Doppler.
     """
     if scenario.geometry == "ground":
         raise ScenarioError(
