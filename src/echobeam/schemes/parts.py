@@ -182,19 +182,8 @@ MODES = (Mode.OMNI, Mode.DIRECTIONAL, Mode.PILOT)
 """Modes that a frame may choose for a trial; a mixture of them is for whole schemes."""
 
 
-def misfits(scheme: SchemeOfParts, geometry: str) -> list[str]:
-    """Return why the parts of a scheme do not go together, in words; nothing if they do.
-
-    A part may say in ``geometries`` which ones it is made for; else it is for all.
-    """
-    for kind in ("tracker", "beamer"):
-        part = getattr(scheme, kind)
-        made_for = getattr(part, "geometries", (geometry,))
-        if geometry not in made_for:
-            return [
-                f'{_name(part, kind)} is not yet made for geometry = "{geometry}"; expected '
-                f"{' or '.join(made_for)}"
-            ]
+def misfits(scheme: SchemeOfParts) -> list[str]:
+    """Return why the parts of a scheme do not go together, in words; nothing if they do."""
     fits = getattr(scheme.tracker, "predicts", True) or not getattr(
         scheme.frame, "directional", True
     )
