@@ -310,7 +310,7 @@ def _with_parameters(
             except SchemeError as error:
                 faults.append(str(error).removeprefix(f"{label}: "))
     if not faults and isinstance(scheme, SchemeOfParts):
-        faults += misfits(scheme, scenario.geometry)
+        faults += misfits(scheme)
     if faults:
         raise SchemeError("\n".join(f"{label}: {fault}" for fault in faults))
     return scheme, system

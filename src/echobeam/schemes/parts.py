@@ -190,19 +190,8 @@ def _modes(mixes: bool) -> tuple[Mode, ...]:
     return (*pure, Mode.MIXED) if mixes else pure
 
 
-def misfits(scheme: SchemeOfParts, geometry: str) -> list[str]:
-    """Return why the parts of a scheme do not go together, in words; nothing if they do.
-
-    A part may say in ``geometries`` which ones it is made for; else it is for all.
-    """
-    for kind in ("tracker", "beamer"):
-        part = getattr(scheme, kind)
-        made_for = getattr(part, "geometries", (geometry,))
-        if geometry not in made_for:
-            return [
-                f'{_name(part, kind)} is not yet made for geometry = "{geometry}"; expected '
-                f"{' or '.join(made_for)}"
-            ]
+def misfits(scheme: SchemeOfParts) -> list[str]:
+    """Return why the parts of a scheme do not go together, in words; nothing if they do."""
     fits = getattr(scheme.tracker, "predicts", True) or not getattr(
         scheme.frame, "directional", True
     )

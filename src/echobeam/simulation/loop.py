@@ -21,7 +21,7 @@ from echobeam.simulation.detections import Sensed, detect
 from echobeam.simulation.examine import examine_decision
 from echobeam.simulation.randomness import SchemeNormals, Use, scheme_key
 from echobeam.simulation.receiver import by_identity, receive
-from echobeam.simulation.scoring import about_objects, scored, unscored
+from echobeam.simulation.scoring import about_objects, axis_of, scored, unscored
 from echobeam.simulation.sensor import sense
 from echobeam.simulation.world import World
 from echobeam.values import (
@@ -143,7 +143,7 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
         roster = _identities(world)
         reports, about = estimated, estimated.id
         if score is not None:
-            truth, identity, axis = world.state, world.identity, configured.system.array.axis
+            truth, identity, axis = world.state, world.identity, axis_of(world.scene.scenario)
             predicted = about_objects(predicted, score, truth, identity, world.uav, axis)
             score = scored(estimated, truth, identity, score, axis)
             about = score.identity

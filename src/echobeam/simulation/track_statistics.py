@@ -16,7 +16,7 @@ from echobeam.estimation.continuity import (
 )
 from echobeam.estimation.set_distance import gospa, ospa
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.scoring import CUTOFF, distances
+from echobeam.simulation.scoring import CUTOFF, axis_of, distances
 from echobeam.values import NOBODY, Array, BoolArray, IntArray, Status, with_beams
 
 ORDER = 2.0
@@ -99,7 +99,7 @@ def _of_scheme(arrays: Arrays, index: int, scenario: Scenario) -> dict[str, Arra
 def _set_distances(
     confirmed: BoolArray, state: Array, truth: Array, present: BoolArray, scenario: Scenario
 ) -> dict[str, Array]:
-    apart = distances(state, truth, scenario.array.axis)
+    apart = distances(state, truth, axis_of(scenario))
     apart = np.where(np.isfinite(apart), apart, CUTOFF)
     found = gospa(apart, confirmed, present, CUTOFF, ORDER)
     return {
