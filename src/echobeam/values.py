@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,17 @@ class Mode(IntEnum):
     DIRECTIONAL = 1
     PILOT = 2
     MIXED = 3
+
+
+def with_beams(mode: npt.NDArray[np.integer]) -> BoolArray:
+    """Return whether beams are sent in slots of some modes ``(...)``, alone or among others."""
+    beams: BoolArray = (mode != Mode.OMNI) & (mode != Mode.PILOT)
+    return beams
+
+
+def aligned(mask: BoolArray, values: npt.NDArray[Any]) -> BoolArray:
+    """Return a mask ``(...)`` with axes of length one for the trailing axes of some values."""
+    return mask.reshape(*mask.shape, *(1,) * (values.ndim - mask.ndim))
 
 
 def freeze(*arrays: npt.NDArray[np.generic]) -> None:
@@ -175,25 +186,28 @@ class Transmission(Brief):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class UavState(Brief):
-    """Position and velocity of the UAV in one slot, which it knows.
+    """Position and velocity of the UAV in one slot, which it knows, or in each of some slots.
 
     Attributes
     ----------
     position
-        ``(3,)`` m at the beginning of the slot: x along the road, y across it, z above ground.
+        ``(3,)`` or ``(..., 3)`` m at the beginning of the slot: x along the road, y across it, z
+        above ground.
     velocity
-        ``(3,)`` m/s until the beginning of the next.
+        Of the same shape, m/s, until the beginning of the next slot.
     """
 
     position: Array
     velocity: Array
 
     @property
-    def speed(self) -> float:
+    def speed(self) -> float | Array:
         """v^u in the vertical plane of the road, m/s."""
-        return float(np.hypot(self.velocity[0], self.velocity[2]))
+        speed: Array = np.hypot(self.velocity[..., 0], self.velocity[..., 2])
+        return speed if speed.ndim else float(speed)
 
     @property
-    def heading(self) -> float:
+    def heading(self) -> float | Array:
         """theta^u, angle of the velocity above the horizontal, rad (-pi/2 descends)."""
-        return float(np.arctan2(self.velocity[2], self.velocity[0]))
+        heading: Array = np.arctan2(self.velocity[..., 2], self.velocity[..., 0])
+        return heading if heading.ndim else float(heading)

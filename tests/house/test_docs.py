@@ -120,6 +120,8 @@ def scenario_fields() -> Iterator[tuple[str, FieldInfo]]:
 def unit_of(field: FieldInfo) -> str:
     """Return the SI unit of a field, '-' for one without."""
     kinds = set(re.findall(r"'kind': '(\w+)'", repr(field)))
+    if kinds == {"time", "length"}:  # points of a path
+        return "s, m"
     assert len(kinds) <= 1, field
     return next(iter(UNITS[kinds.pop()]), "-") if kinds else "-"
 
@@ -146,12 +148,25 @@ def bounds_of(field: FieldInfo) -> dict[type, float]:
     }
 
 
+WORDS = {
+    "array.facing": '`"down"`, `"ahead"`, or a list of 3 numbers',
+    "uav.waypoints": "a list of points `[t, x, y, z]`",
+    "objects.path": "a list of points `[t, x, y]`",
+    "objects.velocity": "any number, or a list of 2",
+    "objects.acceleration": "any number, or a list of 2",
+}
+"""Words for keys that accept more than one kind of value."""
+
+
 def accepted(key: str, field: FieldInfo) -> str:
     """Return what a key accepts, in the words of the page."""
     annotation = field.annotation
     options = [a for a in (annotation, *get_args(annotation)) if a is not type(None)]
     if get_origin(annotation) is Literal:
-        return ", ".join(f'`"{option}"`' for option in get_args(annotation))
+        return ", ".join(
+            f'`"{option}"`' if isinstance(option, str) else f"`{option}`"
+            for option in get_args(annotation)
+        )
     if annotation is bool:
         return "`true`, `false`"
     if annotation is str:
@@ -160,6 +175,8 @@ def accepted(key: str, field: FieldInfo) -> str:
         )
     if key == "schemes":
         return "a list of texts, not empty"
+    if key in WORDS:
+        return WORDS[key]
     if key == "coverage.ripple":
         return '≥ 0, or a text such as `"0.1 N_t"`'
     for option in options:

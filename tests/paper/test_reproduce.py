@@ -166,3 +166,36 @@ def test_what_a_killed_process_left_of_a_picture_goes_away(tmp_path: Path) -> No
     reproduce("approx", "--out", tmp_path, "--quiet")
     assert not leftover.exists()
     assert (tmp_path / "approx.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("uav.height=80 m", r"--set uav\.height: the figures set uav\.height"),
+        ("uav={}", r"--set uav: the figures set uav\.height"),
+        ("array.n_tx.0=1", r"the figures set array\.n_tx"),
+        ("schemes=['omni']", r"the figures set schemes"),
+        ("radar.target=car", r"radar\.target: 'car' is not accepted; expected 'constant'"),
+        ("radar.target", r"expected KEY=VALUE"),
+    ],
+)
+def test_a_setting_that_a_figure_sets_or_that_is_wrong_is_refused(tmp_path, setting, words):
+    with pytest.raises(InputError, match=words):
+        reproduce("t7-1", "--set", setting, "--out", tmp_path / "out")
+    assert not (tmp_path / "out" / "claims.json").exists()
+
+
+@pytest.mark.slow
+def test_claims_under_another_setting_say_so(tmp_path):
+    """Twice the power in slot 1, where all of it is omnidirectional: log2(1 + 2 / d^2), Eq. (7)."""
+    setting = "radio.power=2"
+    reproduce("t7-1", "--trials", "2", "--set", setting, "--out", tmp_path, "--quiet")
+    document = json.loads((tmp_path / "claims.json").read_text())
+    assert document["set"] == [setting]
+    assert (
+        f"**Not the paper's setting**: all points were run with `{setting}`."
+        in (tmp_path / "claims.md").read_text()
+    )
+    rows = read(tmp_path / "t7-1.csv")
+    first = [float(row["y"]) for row in rows if "100 m" in row["panel"] and float(row["x"]) == 1]
+    np.testing.assert_allclose(first, np.log2(1.0 + 2.0 / (2.0 * 100.0**2)), rtol=1e-6)

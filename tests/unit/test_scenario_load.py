@@ -11,12 +11,13 @@ from echobeam.scenario import (
 )
 from echobeam.scenario.checking import checked
 from echobeam.scenario.dump import dump_scenario
+from echobeam.scenario.geometry import meaningless_keys
 from echobeam.scenario.model import Scenario
 
 FOLLOWING = {
-    "array": {"n_rx"},
+    "array": {"n_rx", "receive_rows", "receive_columns"},
     "truth": {"angle_std", "distance_std", "velocity_std", "altitude_errors", "terrain"},
-    "uav": {"altimeter_std", "terrain_std"},
+    "uav": {"altimeter_std", "terrain_std", "velocity", "waypoints"},
 }
 """Keys that follow others if left out, or are about a height that no scheme of the presets uses."""
 
@@ -51,6 +52,7 @@ def test_a_preset_is_complete(name):
             continue
         assert table in document, table
         keys = set(getattr(field.annotation, "model_fields", {}))
+        keys -= set(meaningless_keys(load_scenario(name)).get(table, ()))
         follows = keys & FOLLOWING.get(table, set())
         if table == "radar" and document[table]["model"] == "crb":
             follows = OF_SIGNALS - {"false_alarm"} if unlabelled else OF_SIGNALS | OF_DETECTION

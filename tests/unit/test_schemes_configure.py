@@ -10,8 +10,8 @@ import pytest
 import echobeam as eb
 from echobeam.faults import InputError
 from echobeam.schemes.base import SchemeError
-from echobeam.schemes.beamers import halfwidth
 from echobeam.schemes.configure import configure, configure_all, defaults, split, system_for
+from echobeam.schemes.covers import halfwidth
 from echobeam.schemes.frames import OmniFrame
 from echobeam.schemes.registry import available, available_parts, find_part
 from echobeam.schemes.trackers import HeldEstimate
@@ -117,7 +117,7 @@ def test_fields_of_a_scheme_and_of_its_parts_are_parameters(file):
         ("temporal:ripple=1,width", ["'width' is not accepted; expected KEY=VALUE"]),
         ("temporal:ripple=", ["expected KEY=VALUE"]),
         ("water-filling:ripple=1", ["ripple: unknown parameter"]),
-        ("genie:ripple=1", ["this scheme has no parameters"]),
+        ("genie:ripple=1", ["ripple: unknown parameter", "accepted here: floors"]),
         ("genie:tracker=ekf", ["tracker: unknown parameter"]),
     ],
 )

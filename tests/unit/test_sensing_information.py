@@ -10,7 +10,7 @@ from echobeam.physics.bounds import measurement_variance
 from echobeam.physics.waveform import Waveform, factor, orthogonalised, symbols_of
 from echobeam.sensing.chain import receiver_of
 from echobeam.sensing.information import stated_variance
-from echobeam.sensing.refine import Point, rebuilt
+from echobeam.sensing.target import Point, rebuilt
 
 ARRAYS = (LinearArray(6), LinearArray(5))
 WAVE = Waveform(10e6, 2e-5, 8, 4)

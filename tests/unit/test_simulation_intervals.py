@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 import echobeam as eb
-from echobeam.simulation.summary import SCALARS, summarise
+from echobeam.simulation.summary import scalars, summarise
 
 from .plot_dataset import build_result
 
@@ -36,7 +36,7 @@ def resampled(result, statistic, count=2000):
 
 def test_every_figure_of_the_whole_run_has_an_interval_around_it(figures):
     for figure in figures.values():
-        assert set(figure.intervals) == set(SCALARS)
+        assert set(figure.intervals) == set(scalars(unlabelled=False))
         for name, (low, high) in figure.intervals.items():
             value = getattr(figure, name)
             assert np.isnan(value) or low <= value <= high, name

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from echobeam.tracking.gaussian_sum import STEP, level, nodes, posterior, principal, split
+from echobeam.estimation.sigma_points import principal_root
+from echobeam.tracking.gaussian_sum import STEP, level, nodes, posterior, split
 from echobeam.tracking.ground import GroundMeasurement
 from echobeam.values import GaussianState, UavState
 
@@ -123,12 +124,12 @@ def test_principal_axes_are_eigenvectors():
     rng = np.random.default_rng(5)
     root = rng.standard_normal((50, 2, 2))
     cov = root @ np.swapaxes(root, -1, -2)
-    axes = principal(cov)
+    axes = principal_root(cov)
     np.testing.assert_allclose(np.swapaxes(axes, -1, -2) @ axes, cov, atol=1e-12)
     square = np.square(axes).sum(axis=-1)
     np.testing.assert_allclose(square[:, ::-1], np.linalg.eigvalsh(cov), atol=1e-12)
     np.testing.assert_allclose((axes[:, 0] * axes[:, 1]).sum(axis=-1), 0.0, atol=1e-12)
-    line = principal(np.array([[4.0, 0.0], [0.0, 0.0]]))
+    line = principal_root(np.array([[4.0, 0.0], [0.0, 0.0]]))
     np.testing.assert_array_equal(np.abs(line), [[2.0, 0.0], [0.0, 0.0]])
 
 

@@ -15,7 +15,7 @@ from echobeam.numerals import as_json
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.decisions import Decisions
 from echobeam.simulation.link_budget import far_field
-from echobeam.simulation.summary import GENIE, SchemeSummary, improvement, summarise
+from echobeam.simulation.summary import GENIE, SchemeSummary, errors_of, improvement, summarise
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -132,7 +132,9 @@ def text_report(
 
 def far_field_warning(result: xr.Dataset, scenario: Scenario) -> str | None:
     """Return a warning if an object of a result is nearer than the far-field distance."""
-    distance, start = result["truth"].sel(state="distance").to_numpy(), far_field(scenario)
+    start = far_field(scenario)
+    offset = (result["position"] - result["uav_position"]).transpose(..., "axis").to_numpy()
+    distance = np.sqrt(np.sum(offset**2, axis=-1))
     nearest = distance[np.isfinite(distance)].min(initial=np.inf)
     if nearest >= start:
         return None
@@ -144,19 +146,24 @@ def far_field_warning(result: xr.Dataset, scenario: Scenario) -> str | None:
 
 def _notes(figures: Mapping[str, SchemeSummary], scenario: Scenario) -> list[str]:
     """Return lines on the genie, the bound and the coverage probability, where known."""
-    nominal = math.erf(scenario.coverage.width / math.sqrt(2))
+    width = scenario.coverage.width
+    error, *_ = errors_of(scenario)
+    if scenario.geometry == "road":
+        nominal, covered = math.erf(width / math.sqrt(2)), "true angles in the covered interval"
+    else:
+        nominal, covered = 1.0 - math.exp(-0.5 * width**2), "true directions in the covered ellipse"
     listed = {
         "mean sum rate over the genie's": {
             name: f"{100 * figure.frame_rate_over_genie:.3g} %"
             for name, figure in figures.items()
             if name != GENIE and math.isfinite(figure.frame_rate_over_genie)
         },
-        "angle RMSE over the posterior Cramer-Rao bound, mean over slots": {
-            name: f"{np.nanmean(figure.angle_over_bound):.2f}"
+        f"{error} RMSE over the posterior Cramer-Rao bound, mean over slots": {
+            name: f"{np.nanmean(getattr(figure, f'{error}_over_bound')):.2f}"
             for name, figure in figures.items()
-            if np.isfinite(figure.angle_over_bound).any()
+            if np.isfinite(getattr(figure, f"{error}_over_bound")).any()
         },
-        f"true angles in the covered interval (nominal {100 * nominal:.4g} %)": {
+        f"{covered} (nominal {100 * nominal:.4g} %)": {
             name: f"{100 * figure.coverage:.4g} %"
             for name, figure in figures.items()
             if math.isfinite(figure.coverage)
@@ -199,7 +206,7 @@ def _exponent(scenario: Scenario) -> int:
     It follows from the rate of a matched beam at the distance of the UAV's height, so that it is
     the same for all runs of a scenario, whatever their schemes and trials.
     """
-    radio, height = scenario.radio, scenario.uav.height
+    radio, height = scenario.radio, scenario.uav.start(scenario.geometry)[2]
     snr = scenario.array.n_tx * radio.power * radio.alpha0**2 / (radio.noise * height**2)
     best = math.log1p(snr) / math.log(2.0)
     return 0 if not 0.0 < best < math.inf else min(0, 3 * math.floor(math.log10(best) / 3))

@@ -18,6 +18,7 @@ from echobeam.cli import options
     "--trials", type=click.IntRange(min=2), metavar="N", help="Trials per point. Default: 200."
 )
 @options.seed
+@options.overrides
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -41,6 +42,7 @@ def command(
     quick: bool,
     trials: int | None,
     seed: int,
+    overrides: tuple[str, ...],
     out: Path,
     formats: str,
     jobs: int,
@@ -55,6 +57,7 @@ def command(
     echobeam reproduce --list
     echobeam reproduce t1 t4 --quick
     echobeam reproduce --jobs 2 --out reproduction
+    echobeam reproduce t7-1 --set radar.target=3gpp-vehicle --out car
 
     Writes ID.png, ID.csv and ID.json for every figure, claims.json and claims.md. Finished
     blocks of trials are stored in DIR/blocks, so that --resume continues an interrupted run.
@@ -76,6 +79,7 @@ def command(
         trials=trials,
         quick=quick,
         seed=seed,
+        settings=overrides,
         workers=Workers(jobs, dask),
         resume=resume,
         force=force,

@@ -14,7 +14,7 @@ from echobeam.numerals import whole
 from echobeam.plots import SWEEP, Choice, FigureData, PlotError, figures
 from echobeam.plots.saving import file_format, write
 from echobeam.plots.sweep import QUANTITY
-from echobeam.simulation.summary import per_slot
+from echobeam.simulation.summary import errors_in, per_slot
 from echobeam.store.result import VARY
 from echobeam.store.writing import check_writable
 
@@ -148,7 +148,7 @@ def _check_choice(dataset: xr.Dataset, choice: Choice) -> None:
     if not choice.slots or name not in dataset:
         return
     if "slot" not in dataset[name].dims:
-        of_slots = ", ".join(per_slot(unlabelled="gospa" in dataset))
+        of_slots = ", ".join(per_slot(unlabelled="gospa" in dataset, errors=errors_in(dataset)))
         raise PlotError(f"--slots: {name} is of the whole run; {of_slots} have slots")
     numbers = dataset["slot"].values.tolist()
     if len(choice.slots) > 1 or choice.slots[0] not in numbers:

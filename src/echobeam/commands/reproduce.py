@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, SupportsIndex
 
-from echobeam.commands.asking import job_count
+from echobeam.commands.asking import Settings, job_count, setting_texts
 from echobeam.commands.progress import Bar, interactive_bar
 from echobeam.faults import InputError
 from echobeam.plots.saving import picture_formats
@@ -30,6 +30,7 @@ def reproduce(
     trials: SupportsIndex | None = None,
     quick: bool = False,
     seed: SupportsIndex = 0,
+    set: Settings | None = None,
     formats: str | Sequence[str] | None = None,
     jobs: SupportsIndex = 1,
     dask: str | None = None,
@@ -50,6 +51,8 @@ def reproduce(
         Trials per point, at least 2; 200 by default.
     quick
         A quick look: 20 trials per point.
+    set
+        Keys of the scenarios that differ from the paper's, ``{"radar.target": "3gpp-vehicle"}``.
     formats, format
         Formats of the pictures: some of ``png`` (the default), ``pdf`` and ``svg``, as a list or as
         on the command line, ``"png,pdf"``; the latter two have no captions.
@@ -64,7 +67,7 @@ def reproduce(
     Raises
     ------
     InputError
-        If an id is unknown, or a file exists already.
+        If an id is unknown, a setting is not accepted, or a file exists already.
     RunError
         If the run could not be finished; its finished blocks are stored for ``resume``.
     """
@@ -75,6 +78,7 @@ def reproduce(
         trials=trials,
         quick=quick,
         seed=seed,
+        settings=setting_texts(set),
         workers=Workers(job_count(jobs), dask),
         resume=resume,
         force=force,
@@ -104,6 +108,7 @@ def record_figures(
     trials: SupportsIndex | None,
     quick: bool,
     seed: SupportsIndex,
+    settings: tuple[str, ...],
     workers: Workers,
     resume: bool,
     force: bool,
@@ -117,6 +122,6 @@ def record_figures(
     if count < FEWEST_TRIALS:
         raise InputError(f"trials: {count} is not accepted; expected {FEWEST_TRIALS} or more")
     suffixes = picture_formats([suffix.strip() for suffix in formats])
-    task = Reproduction(ids, out, count, seed, suffixes, workers, resume, force)
+    task = Reproduction(ids, out, count, seed, suffixes, workers, resume, force, settings)
     with bar("reproduce") as progress:
         return draw_and_judge(task, progress)

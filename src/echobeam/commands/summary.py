@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from os import PathLike, fsdecode
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,8 @@ from echobeam.scenario.model import Scenario
 from echobeam.simulation.statistics import NEEDED, needed
 from echobeam.simulation.summary import (
     SchemeSummary,
+    errors_in,
+    errors_of,
     interval_name,
     per_slot,
     scalars,
@@ -65,60 +67,63 @@ def _table(dataset: xr.Dataset, label: str) -> pd.DataFrame:
     import pandas as pd
 
     if VARY in dataset.attrs:
-        unlabelled = UNLABELLED_MARK in dataset
-        of_run, over_slots = scalars(unlabelled=unlabelled), _over_slots(unlabelled)
+        unlabelled, errors = UNLABELLED_MARK in dataset, errors_in(dataset)
+        of_run = scalars(unlabelled=unlabelled, errors=errors)
+        over_slots = _over_slots(unlabelled, errors)
         names = [*of_run, *map(interval_name, of_run), *over_slots]
         missing = [name for name in names if name not in dataset]
         if missing:
             raise StoreError(f"{label}: not a whole sweep: {', '.join(missing)} missing")
         dataset = dataset.compute()  # xarray cannot index a file in another order of dimensions
         keys = [str(key) for key in dataset["frame_rate_mean"].dims if key != "scheme"]
-        rows = dict(_rows_of_sweep(dataset, keys, unlabelled))
+        rows = dict(_rows_of_sweep(dataset, keys, unlabelled, errors))
     else:
         keys = []
         scenario = _checked_scenario(dataset, label)
-        unlabelled = scenario.unlabelled
+        unlabelled, errors = scenario.unlabelled, errors_of(scenario)
         figures = summarise(dataset, scenario)
         rows = {
             (scheme, name): row
             for scheme, figure in figures.items()
-            for name, row in _rows_of_scheme(figure, unlabelled)
+            for name, row in _rows_of_scheme(figure, unlabelled, errors)
         }
-    known = scalars(unlabelled=True) | per_slot(unlabelled=True)
+    known = scalars(unlabelled=True, errors=errors) | per_slot(unlabelled=True, errors=errors)
     units = {name: unit for name, (unit, _) in known.items()}
     index = pd.MultiIndex.from_tuples(list(rows), names=[*keys, "scheme", "quantity"])
     table = pd.DataFrame(list(rows.values()), index, ["value", "low", "high"], dtype=float)
     return table.assign(unit=[units[str(place[-1])] for place in rows])
 
 
-def _over_slots(unlabelled: bool) -> list[str]:
+def _over_slots(unlabelled: bool, errors: Sequence[str]) -> list[str]:
     """Return the per-slot quantities that the table shows as means over slots.
 
     The rates are left out: they are given for the whole run.
     """
-    names = per_slot(unlabelled=unlabelled)
+    names = per_slot(unlabelled=unlabelled, errors=errors)
     return [name for name in names if name not in ("rate_mean", "rate_over_genie")]
 
 
-def _rows_of_scheme(figure: SchemeSummary, unlabelled: bool) -> Iterator[tuple[str, Row]]:
+def _rows_of_scheme(
+    figure: SchemeSummary, unlabelled: bool, errors: Sequence[str]
+) -> Iterator[tuple[str, Row]]:
     """Yield the quantities of one scheme of a run."""
-    for name in scalars(unlabelled=unlabelled):
+    for name in scalars(unlabelled=unlabelled, errors=errors):
         yield name, _row(getattr(figure, name), figure.intervals[name])
-    for name in _over_slots(unlabelled):
+    for name in _over_slots(unlabelled, errors):
         yield name, _row(_mean(getattr(figure, name)))
 
 
 def _rows_of_sweep(
-    dataset: xr.Dataset, keys: list[str], unlabelled: bool
+    dataset: xr.Dataset, keys: list[str], unlabelled: bool, errors: Sequence[str]
 ) -> Iterator[tuple[tuple[object, ...], Row]]:
     """Yield the quantities of every point and scheme of a sweep."""
     axes = [*keys, "scheme"]
     for place in np.ndindex(*(dataset.sizes[axis] for axis in axes)):
         point = dataset.isel(dict(zip(axes, place, strict=True)))
         at = tuple(point[axis].item() for axis in axes)
-        for name in scalars(unlabelled=unlabelled):
+        for name in scalars(unlabelled=unlabelled, errors=errors):
             yield (*at, name), _row(point[name].item(), point[interval_name(name)].values)
-        for name in _over_slots(unlabelled):
+        for name in _over_slots(unlabelled, errors):
             yield (*at, name), _row(_mean(point[name].values))
 
 
@@ -143,7 +148,7 @@ def _checked_scenario(result: xr.Dataset, label: str) -> Scenario:
         trial axes.
     """
     text = result.attrs.get("scenario")
-    missing = [name for name in NEEDED if name not in result]
+    missing = [name for name in NEEDED if name not in result and name != "covered"]
     if missing or text is None:
         lacks = ", ".join(missing) or "the attribute scenario"
         raise StoreError(f"{label}: not a result of echobeam: {lacks} missing")

@@ -39,6 +39,25 @@ def root(cov: Array) -> Array:
     return np.moveaxis(L, (0, 1), (-2, -1))
 
 
+def principal_root(cov: Array) -> Array:
+    """Return the principal axes of covariances by row, each as long as its deviation.
+
+    Parameters
+    ----------
+    cov
+        ``(..., A, A)`` of one or two components; the longer axis comes first.
+    """
+    if cov.shape[-1] == 1:
+        return np.sqrt(cov)
+    a, b, c = cov[..., 0, 0], cov[..., 1, 1], cov[..., 0, 1]
+    angle = 0.5 * np.arctan2(2.0 * c, a - b)
+    middle, half = 0.5 * (a + b), np.hypot(0.5 * (a - b), c)
+    long, short = np.sqrt(middle + half), np.sqrt(np.maximum(middle - half, 0.0))
+    x, y = np.cos(angle), np.sin(angle)
+    rows = np.stack([long * x, long * y, -short * y, short * x], axis=-1)
+    return rows.reshape(cov.shape)
+
+
 def cubature_points(mean: Array, cov_root: Array) -> Array:
     """Return the points ``(..., 2 S, S)`` of the cubature rule, each of weight 1 / (2 S).
 

@@ -33,6 +33,12 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import AntennaArray
+from echobeam.physics.planar_bounds import (
+    cosine_information,
+    marginal_variance,
+    printed_information,
+)
 from echobeam.values import Array, Transmission
 
 Crb = Literal["paper", "exact"]
@@ -42,14 +48,14 @@ def measurement_variance(
     sent: Transmission,
     theta: npt.ArrayLike,
     snr: npt.ArrayLike,
-    transmitter: LinearArray,
-    receiver: LinearArray,
+    transmitter: AntennaArray,
+    receiver: AntennaArray,
     *,
     crb: Crb,
     bandwidth: float,
     pulse_length: float,
 ) -> Array:
-    """Return the Cramer-Rao bounds of angle, delay and Doppler, Eq. (20) to Eq. (23).
+    """Return the Cramer-Rao bounds of direction, delay and Doppler, Eq. (20) to Eq. (23).
 
     Infinite where nothing is learnt: without an echo (SNR = 0), and for the angle with a single
     antenna or where the array is blind (90 degrees for the vertical axis).
@@ -64,7 +70,7 @@ def measurement_variance(
     sent
         What was sent; ``(..., C, N)`` inside.
     theta
-        ``(..., K)`` rad.
+        ``(..., K)`` rad, or ``(..., K, 2)`` direction cosines of planar arrays.
     snr
         ``(..., K)``: echo SNR per receive antenna, Eq. (14) and Eq. (16).
     transmitter, receiver
@@ -79,24 +85,39 @@ def measurement_variance(
     Returns
     -------
     Array
-        ``(..., K, 3)``: rad^2, s^2, Hz^2; NaN for absent objects.
+        ``(..., K, 3)``: rad^2, s^2, Hz^2; NaN for absent objects. Of planar arrays
+        ``(..., K, 4)``: the marginal variances of u and v, the diagonal of the inverse of their
+        information, first.
     """
     match crb:
         case "paper":
-            per_echo = float(transmitter.n * receiver.n)
-            aperture = square_aperture(theta, transmitter)
+            per_echo = float(transmitter.elements * receiver.elements)
             delay, doppler = bandwidth * bandwidth, pulse_length * pulse_length
         case "exact":
-            per_echo = 2.0 * receiver.n
-            aperture = square_aperture(theta, receiver) + transmit_aperture(
-                sent, theta, transmitter
-            )
+            per_echo = 2.0 * receiver.elements
             delay, doppler = _mean_square_rate(bandwidth), _mean_square_rate(pulse_length)
         case _:
             assert_never(crb)
     effective_snr = per_echo * np.asarray(snr, dtype=np.float64)
-    factors = np.broadcast_arrays(aperture, delay, doppler)
-    return _inverse(effective_snr[..., np.newaxis], np.stack(factors, axis=-1))
+    if isinstance(transmitter, LinearArray):
+        assert isinstance(receiver, LinearArray)
+        if crb == "paper":
+            aperture = square_aperture(theta, transmitter)
+        else:
+            aperture = square_aperture(theta, receiver) + transmit_aperture(
+                sent, theta, transmitter
+            )
+        factors = np.broadcast_arrays(aperture, delay, doppler)
+        return _inverse(effective_snr[..., np.newaxis], np.stack(factors, axis=-1))
+    assert not isinstance(receiver, LinearArray)
+    if crb == "paper":
+        apertures = printed_information(transmitter)
+    else:
+        apertures = cosine_information(sent, theta, transmitter, receiver)
+    cosines = marginal_variance(effective_snr, apertures)
+    factors = np.broadcast_arrays(delay, doppler)
+    others = _inverse(effective_snr[..., np.newaxis], np.stack(factors, axis=-1))
+    return np.concatenate([cosines, np.broadcast_to(others, (*cosines.shape[:-1], 2))], axis=-1)
 
 
 def effective_variance(variance: Array, snr: npt.ArrayLike) -> Array:
@@ -110,7 +131,7 @@ def effective_variance(variance: Array, snr: npt.ArrayLike) -> Array:
     Parameters
     ----------
     variance
-        ``(..., K, 3)``: rad^2, s^2, Hz^2, of `measurement_variance`.
+        ``(..., K, A + 2)`` of `measurement_variance`.
     snr
         ``(..., K)``: echo SNR.
     """

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.array import LinearArray
 from echobeam.physics.fluctuation import STEADY, Fluctuation
+from echobeam.physics.planar import AntennaArray, PlanarArray, linear
 from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array
 
@@ -48,7 +48,7 @@ class DetectionLaw:
     Attributes
     ----------
     receiver
-        The receive array; its gain n is in the SNR of a cell.
+        The receive array; its gain, the number of its elements, is in the SNR of a cell.
     false_alarm
         P_FA of a cell.
     clutter
@@ -63,7 +63,7 @@ class DetectionLaw:
         Law of the strength of echoes.
     """
 
-    receiver: LinearArray
+    receiver: AntennaArray
     false_alarm: float
     clutter: float
     longest: float
@@ -79,17 +79,24 @@ class DetectionLaw:
     @property
     def directions(self) -> tuple[float, float]:
         """Range of the spatial frequency u; a vertical array sees sin(theta), both sides as one."""
-        return self.receiver.visible
+        return linear(self.receiver).visible
 
     def probability(self, snr: Array) -> Array:
         """Return P_D ``(...)`` for the echo SNR of one receive antenna, Eqs. (14), (16)."""
-        return detection_probability(self.receiver.n * snr, self.false_alarm, self.fluctuation)
+        return detection_probability(
+            self.receiver.elements * snr, self.false_alarm, self.fluctuation
+        )
 
-    def density(self, angle: Array) -> Array:
-        """Return the density of false detections at an angle ``(...)``, 1 / (rad s Hz).
+    def density(self, direction: Array) -> Array:
+        """Return the density of false detections in a direction ``(...)``, 1 / (rad s Hz).
 
-        They are uniform in u, and so not in the angle: |du / dtheta| is cos or sin of it.
+        They are uniform in u, and so not in the angle: |du / dtheta| is cos or sin of it. Those of
+        a planar array are uniform in (u, v) over the disc that is visible, 1 / (s Hz).
         """
+        if isinstance(self.receiver, PlanarArray):
+            on_disc = self.density_without_angle / np.pi
+            return np.full(direction.shape[:-1], on_disc)
+        angle = direction
         low, high = self.directions
         slope = np.abs(self.receiver.slope(angle))
         density: Array = self.density_without_angle * slope / (high - low)
@@ -102,7 +109,7 @@ class DetectionLaw:
 
 
 def detection_law(
-    receiver: LinearArray,
+    receiver: AntennaArray,
     *,
     false_alarm: float,
     clutter: float,
@@ -126,6 +133,6 @@ def detection_law(
         clutter=clutter,
         longest=subcarriers / bandwidth,
         widest=widest,
-        cells=subcarriers * doppler_cells * receiver.n,
+        cells=subcarriers * doppler_cells * receiver.elements,
         fluctuation=fluctuation,
     )

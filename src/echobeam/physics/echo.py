@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.array import LinearArray
 from echobeam.physics.link import stream_gains
+from echobeam.physics.planar import AntennaArray, absent
 from echobeam.values import Array, ComplexArray, Transmission
 
 
@@ -31,7 +31,7 @@ def reflection_coefficient(rcs: complex, d: npt.ArrayLike) -> ComplexArray:
     return beta
 
 
-def illumination(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -> Array:
+def illumination(sent: Transmission, theta: npt.ArrayLike, array: AntennaArray) -> Array:
     """Return a(theta)^H C a(theta), C all that is sent: the power towards each object, at 1 m.
 
     It is P_T in every direction in omnidirectional slots, Eq. (6) and Eq. (14), and the sum over
@@ -50,10 +50,10 @@ def illumination(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -
     gains = stream_gains(sent, theta, array)
     total: Array = np.sum(gains, axis=-1) + np.sum(sent.probing, axis=-1)[..., np.newaxis]
     # Without streams the sum is zero even for an absent object.
-    return np.where(np.isnan(np.asarray(theta, dtype=np.float64)), np.nan, total)
+    return np.where(absent(theta, array), np.nan, total)
 
 
-def illumination_along(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -> Array:
+def illumination_along(sent: Transmission, theta: npt.ArrayLike, array: AntennaArray) -> Array:
     """Return `illumination` in many directions at once, equal to it but for rounding.
 
     An omnidirectional transmission is the same everywhere, and a beam's pattern is a polynomial of
@@ -65,19 +65,21 @@ def illumination_along(sent: Transmission, theta: npt.ArrayLike, array: LinearAr
         As for `illumination`.
     """
     angle = np.asarray(theta, dtype=np.float64)
+    missing = absent(angle, array)
     everywhere = np.sum(sent.antenna_power, axis=(-2, -1)) + np.sum(sent.probing, axis=-1)
-    total = np.broadcast_to(everywhere[..., np.newaxis], angle.shape)
+    total = np.broadcast_to(everywhere[..., np.newaxis], missing.shape)
     if sent.beams.any():
-        pattern = array.pattern(sent.beams, angle[..., np.newaxis, :])
+        streams = np.expand_dims(angle, axis=-1 - array.axes)  # an axis for the beams
+        pattern = array.pattern(sent.beams, streams)
         total = total + np.sum(pattern, axis=-2)
-    return np.where(np.isnan(angle), np.nan, total)
+    return np.where(missing, np.nan, total)
 
 
 def echo_snr(
     sent: Transmission,
     theta: npt.ArrayLike,
     d: npt.ArrayLike,
-    array: LinearArray,
+    array: AntennaArray,
     *,
     rcs: complex,
     gain: float,

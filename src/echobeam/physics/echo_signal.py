@@ -12,15 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import AntennaArray
 from echobeam.physics.waveform import Waveform
-from echobeam.values import Array, ComplexArray
+from echobeam.values import Array, ComplexArray, aligned
 
 
 class Scatterers(NamedTuple):
     """Point targets as the radar sees them, ``(..., K)`` each; an amplitude of zero is none.
 
-    ``angle`` rad, ``delay`` s, ``doppler`` Hz; ``amplitude`` is complex, of one antenna's echo per
+    ``angle`` rad (seen by planar arrays ``(..., K, 2)`` direction cosines), ``delay`` s,
+    ``doppler`` Hz; ``amplitude`` is complex, of one antenna's echo per
     root of the power that illuminates the target.
     """
 
@@ -35,7 +36,7 @@ def echo_signal(
     streams: ComplexArray,
     precoder: ComplexArray,
     waveform: Waveform,
-    arrays: tuple[LinearArray, LinearArray],
+    arrays: tuple[AntennaArray, AntennaArray],
 ) -> ComplexArray:
     """Return the noiseless signal at the receive array, ``(..., N_r, N, M)``.
 
@@ -54,7 +55,7 @@ def echo_signal(
     """
     transmitter, receiver = arrays
     there = scatterers.amplitude != 0.0
-    angle = np.where(there, scatterers.angle, 0.0)
+    angle = np.where(aligned(there, scatterers.angle), scatterers.angle, 0.0)
     a, b = transmitter.steering(angle), receiver.steering(angle)
     mixture = np.conj(a) @ precoder  # (..., K, L): a^H F
     shape = streams.shape

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import AntennaArray, absent, by_polarisation
 from echobeam.values import Array, BoolArray, ComplexArray, Transmission
 
 
@@ -31,7 +31,7 @@ def channel_loss(distance: npt.ArrayLike, noise: float, alpha0: float = 1.0) -> 
 def channel(
     theta: npt.ArrayLike,
     d: npt.ArrayLike,
-    array: LinearArray,
+    array: AntennaArray,
     *,
     wavelength: float,
     alpha0: float = 1.0,
@@ -60,17 +60,19 @@ def channel(
     return h
 
 
-def stream_gains(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -> Array:
+def stream_gains(sent: Transmission, theta: npt.ArrayLike, array: AntennaArray) -> Array:
     """Return a(theta_k)^H W_c a(theta_k): the power of stream c towards object k, at 1 m.
 
-    Antennas that send uncorrelated signals add their powers, whatever the direction.
+    Antennas that send uncorrelated signals add their powers, whatever the direction, and so do two
+    polarisations: a receiver takes the power of both.
 
     Parameters
     ----------
     sent
         Of leading shape ``(...)``, C streams.
     theta
-        ``(..., K)`` rad; NaN for an absent object, whose row is then NaN.
+        ``(..., K)`` rad, or ``(..., K, 2)`` direction cosines of a planar array; NaN for an absent
+        object, whose row is then NaN.
     array
         The transmit array.
 
@@ -79,9 +81,13 @@ def stream_gains(sent: Transmission, theta: npt.ArrayLike, array: LinearArray) -
     Array
         ``(..., K, C)``, power: row k the object, column c the stream.
     """
-    amplitude = np.conj(array.steering(theta)) @ np.swapaxes(sent.beams, -1, -2)
+    beams = by_polarisation(sent.beams, array)
+    amplitude = np.conj(array.steering(theta)) @ np.swapaxes(beams, -1, -2)
     uncorrelated = np.sum(sent.antenna_power, axis=-1)[..., np.newaxis, :]
-    gains: Array = amplitude.real**2 + amplitude.imag**2 + uncorrelated
+    power = amplitude.real**2 + amplitude.imag**2
+    if array.polarisations > 1:
+        power = power.reshape(*power.shape[:-1], -1, array.polarisations).sum(axis=-1)
+    gains: Array = power + uncorrelated
     return gains
 
 
@@ -90,7 +96,7 @@ def sinr(
     own: BoolArray,
     theta: npt.ArrayLike,
     loss: npt.ArrayLike,
-    array: LinearArray,
+    array: AntennaArray,
 ) -> Array:
     """Return every object's SINR: Eq. (7) in omnidirectional slots, Eq. (10) in directional ones.
 
@@ -104,9 +110,10 @@ def sinr(
     own
         ``(..., K, C)``: whether stream c is addressed to object k; the others are interference.
     theta
-        ``(..., K)`` rad; NaN for absent objects, who get NaN.
+        ``(..., K)`` rad or ``(..., K, 2)``; NaN for absent objects, who get NaN.
     loss
-        ``(..., K)``: noise over path gain, see `channel_loss`.
+        ``(..., K)``: noise over path gain, see `channel_loss`; infinite for an object that the
+        array does not see, whose SINR is zero.
     array
         The transmit array.
 
@@ -123,7 +130,7 @@ def sinr(
     with np.errstate(divide="ignore", invalid="ignore"):  # no noise, no interference: inf
         ratio: Array = signal / (interference + unaddressed + np.asarray(loss))
     # Without streams the sums are zero even for an absent object.
-    return np.where(np.isnan(np.asarray(theta, dtype=np.float64)), np.nan, ratio)
+    return np.where(absent(theta, array), np.nan, ratio)
 
 
 def rate(sinr: npt.ArrayLike) -> Array:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from echobeam.numerals import whole
 from echobeam.physics.array import ArrayError, LinearArray, count_faults, spacing_faults
-from echobeam.values import Array, ComplexArray
+from echobeam.values import Array, BoolArray, ComplexArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +97,18 @@ class PlanarArray:
         steering: ComplexArray = vector.reshape(*vector.shape[:-2], self.elements)
         return steering
 
+    def derivative(self, direction: npt.ArrayLike) -> ComplexArray:
+        """Return da/du and da/dv, ``(..., 2, rows columns)``: j 2 pi spacing (i or j) a."""
+        rows, columns = np.divmod(np.arange(self.elements), self.columns)
+        rate = 2.0 * np.pi * self.spacing * np.stack([rows, columns])
+        derivative: ComplexArray = 1j * rate * self.steering(direction)[..., np.newaxis, :]
+        return derivative
+
+    def far_field(self, wavelength: float) -> float:
+        """Return the Fraunhofer distance 2 D^2 / lambda, m, D the diagonal of the array."""
+        sides = ((count - 1) * self.spacing for count in self.shape)
+        return 2.0 * sum(side * side for side in sides) * wavelength
+
     def pattern(self, beams: ComplexArray, direction: npt.ArrayLike) -> Array:
         """Return the power of beams in many directions, sum over polarisations of |a^H w|^2.
 
@@ -130,3 +142,21 @@ class PlanarArray:
 
 AntennaArray = LinearArray | PlanarArray
 """Arrays that beams are designed for: centro-symmetric, with elements on a lattice."""
+
+
+def linear(array: AntennaArray) -> LinearArray:
+    """Return a linear array, for what is made for one alone."""
+    assert isinstance(array, LinearArray)
+    return array
+
+
+def absent(direction: npt.ArrayLike, array: AntennaArray) -> BoolArray:
+    """Return where there is no direction: a NaN, in any of its components."""
+    missing: BoolArray = np.isnan(np.asarray(direction, dtype=np.float64))
+    return missing if array.axes == 1 else np.asarray(missing.any(axis=-1))
+
+
+def by_polarisation(values: ComplexArray, array: AntennaArray) -> ComplexArray:
+    """Return weights ``(..., C, n)`` as those of each polarisation in turn, ``(..., C P, N)``."""
+    streams = values.shape[-2] * array.polarisations
+    return values.reshape(*values.shape[:-2], streams, array.elements)

@@ -1,17 +1,18 @@
-"""The law of the measurement variance: a function of a state and of what was sent.
+"""The law of the measurement variance: a function of a place and of what was sent.
 
-Nature evaluates it at the true state. The UAV knows the law and its own beams, so it may evaluate
-it at any state that it thinks possible.
+Nature evaluates it at the true place. The UAV knows the law and its own beams, so it may evaluate
+it at any place that it thinks possible.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from echobeam.physics.array import LinearArray
 from echobeam.physics.aspect import Reflector
 from echobeam.physics.bounds import Crb, effective_variance, measurement_variance
+from echobeam.physics.coordinates import direction_of, distance_of
 from echobeam.physics.echo import echo_snr
+from echobeam.physics.planar import AntennaArray
 from echobeam.values import Array, Transmission
 
 
@@ -36,8 +37,8 @@ class VarianceLaw:
         constant one.
     """
 
-    transmitter: LinearArray
-    receiver: LinearArray
+    transmitter: AntennaArray
+    receiver: AntennaArray
     rcs: complex
     gain: float
     noise: float
@@ -46,42 +47,42 @@ class VarianceLaw:
     crb: Crb
     target: Reflector | None = None
 
-    def snr(self, sent: Transmission, state: Array, *, along: bool = False) -> Array:
-        """Return the echo SNR ``(..., K)`` at states ``(..., K, 3)``, Eqs. (14), (16).
+    def snr(self, sent: Transmission, place: Array, *, along: bool = False) -> Array:
+        """Return the echo SNR ``(..., K)`` at places ``(..., K, A + 1)``, Eqs. (14), (16).
 
         With ``along`` it is computed for many states at once, which is faster for tens of them and
         the same but for rounding.
         """
         snr = echo_snr(
             sent,
-            state[..., 0],
-            state[..., 1],
+            direction_of(place, self.transmitter.axes),
+            distance_of(place, self.transmitter.axes),
             self.transmitter,
             rcs=self.rcs,
             gain=self.gain,
             noise=self.noise,
             along=along,
         )
-        return snr if self.target is None else snr * self.target.relative(state)
+        return snr if self.target is None else snr * self.target.relative(place)
 
-    def variance(self, sent: Transmission, state: Array, snr: Array | None = None) -> Array:
-        """Return the variance ``(..., K, 3)``: rad^2, s^2, Hz^2; infinite without an echo.
+    def variance(self, sent: Transmission, place: Array, snr: Array | None = None) -> Array:
+        """Return the variance ``(..., K, A + 2)``: rad^2, s^2, Hz^2; infinite without an echo.
 
         Parameters
         ----------
         sent
             What is transmitted.
-        state
-            ``(..., K, 3)`` rad, m, m/s: where the object is, or is thought to be; NaN where
-            there is none, which gives infinity.
+        place
+            ``(..., K, A + 1)`` or more: where the object is, or is thought to be, see
+            `echobeam.physics.coordinates`; NaN where there is none, which gives infinity.
         snr
             ``(..., K)``: the echo SNR there, if it is known already.
         """
         if snr is None:
-            snr = self.snr(sent, state)
+            snr = self.snr(sent, place)
         bound = measurement_variance(
             sent,
-            state[..., 0],
+            direction_of(place, self.transmitter.axes),
             snr,
             self.transmitter,
             self.receiver,

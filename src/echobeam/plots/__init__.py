@@ -42,6 +42,9 @@ KINDS: dict[str, Callable[[Source], FigureData]] = {
 OF_TRACKS: dict[str, Callable[[Source], FigureData]] = {"tracks": tracks, "gospa": gospa}
 """The same of unlabelled runs, besides the others."""
 
+ON_GROUND = ("rate",)
+"""Kinds of runs with ``geometry = "ground"``: the others draw angles along a road."""
+
 SWEEP = "sweep"
 """Kind of the picture of a sweep."""
 
@@ -77,6 +80,8 @@ def figures(
     if of_sweep:
         return {SWEEP: sweep(result, chosen)}
     source = Source(result, chosen)
+    if "cover" in result:
+        return {kind: of_run[kind](source) for kind in _on_ground(kinds)}
     asked = list(kinds) or [kind for kind in of_run if kind in KINDS or source.unlabelled]
     without = [kind for kind in asked if kind in OF_TRACKS and not source.unlabelled]
     if without:
@@ -85,3 +90,20 @@ def figures(
             'has no tracks of their own (radar.detections = "unlabelled")'
         )
     return {kind: of_run[kind](source) for kind in asked}
+
+
+def _on_ground(kinds: Sequence[str]) -> Sequence[str]:
+    """Return the kinds asked for of a run on the ground.
+
+    Raises
+    ------
+    PlotError
+        If there is no such picture of it yet.
+    """
+    other = [kind for kind in kinds if kind not in ON_GROUND]
+    if other:
+        raise PlotError(
+            f'no picture of {", ".join(other)} with geometry = "ground" yet; there is '
+            f"{', '.join(ON_GROUND)}"
+        )
+    return list(kinds) or ON_GROUND

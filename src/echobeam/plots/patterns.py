@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import linear
 from echobeam.plots.looks import AREA, MAX_OBJECTS, SHORT, Look, object_look
 from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series, grid
 from echobeam.plots.source import Source
 from echobeam.schemes.configure import system_for
 from echobeam.simulation.statistics import cover_centre
-from echobeam.values import Array, BoolArray, ComplexArray, Mode, ModeArray
+from echobeam.values import Array, BoolArray, ComplexArray, Mode, ModeArray, with_beams
 
 DEFAULT_SLOTS = (1, 2, 4, 6, 10)
 """Slots of a frame shown by default: the omni slot, the first directional one, and later ones."""
@@ -56,14 +57,14 @@ def patterns(source: Source) -> FigureData:
     shown = objects[:MAX_OBJECTS]
     scenario = source.scenario
     system = system_for(scenario, source.one_scheme())
-    array, power = system.transmitter, scenario.radio.power
+    array, power = linear(system.transmitter), scenario.radio.power
     top = 10.0 * math.log10(max(power * array.n, 1e-300)) + 3.0
     axis = Axis("Angle θ", "deg", limits=(0.0, 180.0), ticks=tuple(range(0, 181, 30)))
     gain = Axis(r"$|\mathbf{a}^H(\theta)\,\mathbf{w}_k|^2$", "dB", limits=(top - _RANGE_DB, top))
     panels = []
     for index in chosen:
         mode = Mode(int(run.mode[index]))
-        directional = mode == Mode.DIRECTIONAL
+        directional = bool(with_beams(run.mode[index]))
         label = f"slot {run.slot[index]}" + ("" if directional else f" ({mode.name.lower()})")
         series = [] if directional else [_level(power)]
         series += [_pattern(run, index, k, array) for k in shown if has_beam(run)[index, k]]
@@ -152,7 +153,7 @@ def _busiest_frame(run: BeamRun) -> tuple[int, int]:
     all slots, is one frame.
     """
     beams = has_beam(run).sum(axis=1)
-    starts = np.flatnonzero(run.mode != Mode.DIRECTIONAL)
+    starts = np.flatnonzero(~with_beams(run.mode))
     bounds = np.unique([0, *starts, len(beams)]) if beams.any() else np.array([0, len(beams)])
     busiest = int(np.argmax(np.add.reduceat(beams, bounds[:-1])))
     return int(bounds[busiest]), int(bounds[busiest + 1])

@@ -22,7 +22,8 @@ def flight(scenario: Scenario, *, height: bool = True, antennas: bool = True) ->
 
 def initial(one: ObjectTable) -> str:
     """Return an object's initial angle, velocity and acceleration."""
-    text = f"({math.degrees(one.angle):.0f}°, {one.velocity:g} m/s, {one.acceleration:g} m/s²)"
+    angle, velocity, acceleration = one.along_road
+    text = f"({math.degrees(angle):.0f}°, {velocity:g} m/s, {acceleration:g} m/s²)"
     return text.replace("-", "−")
 
 

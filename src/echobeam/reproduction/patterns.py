@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import linear
 from echobeam.plots.patterns import beam_gain
 from echobeam.plots.record import Axis
 from echobeam.reproduction.results import Outcome
@@ -28,7 +29,7 @@ def beams(outcome: Outcome, slot: int, scheme: str = "temporal") -> ComplexArray
 
 
 def _sender(outcome: Outcome) -> LinearArray:
-    return system_for(outcome.scenario, "temporal").transmitter
+    return linear(system_for(outcome.scenario, "temporal").transmitter)
 
 
 def gains(outcome: Outcome, slot: int, scheme: str = "temporal") -> Array:

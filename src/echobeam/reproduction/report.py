@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from echobeam.reproduction.records import Entry, Estimate, Finding, Judgement, Verdict
 from echobeam.reproduction.results import Results
@@ -25,7 +26,9 @@ def write_claims(
 ) -> None:
     """Write both files, each atomically."""
     texts = {
-        "claims.json": json.dumps(document(findings, sensitivity), indent=1, allow_nan=False)
+        "claims.json": json.dumps(
+            document(findings, sensitivity, results.settings), indent=1, allow_nan=False
+        )
         + "\n",
         "claims.md": page(findings, results, sensitivity),
     }
@@ -35,11 +38,17 @@ def write_claims(
 
 
 def document(
-    findings: Sequence[Finding], sensitivity: Sequence[Entry] = ()
-) -> dict[str, list[dict[str, object]]]:
-    """Return findings and map as a JSON document; NaN and infinity become null."""
-    found = {"claims": [_entry(finding) for finding in findings]}
-    return found | ({"sensitivity": [_mapped(one) for one in sensitivity]} if sensitivity else {})
+    findings: Sequence[Finding],
+    sensitivity: Sequence[Entry] = (),
+    settings: Sequence[str] = (),
+) -> dict[str, list[Any]]:
+    """Return findings, map and settings as a JSON document; NaN and infinity become null."""
+    found: dict[str, list[Any]] = {"claims": [_entry(finding) for finding in findings]}
+    if sensitivity:
+        found["sensitivity"] = [_mapped(one) for one in sensitivity]
+    if settings:
+        found["set"] = list(settings)
+    return found
 
 
 def _mapped(one: Entry) -> dict[str, object]:
@@ -97,6 +106,7 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
         f"Calibrated: {CALIBRATED}. Agreement supports this reading of the "
         f"paper, but is not an independent confirmation{effect}.",
         "",
+        *_changed(results.settings),
         "| Figure | Claim | Paper | Ours | Verdict |",
         "|---|---|---|---|---|",
     ]
@@ -105,6 +115,14 @@ def page(findings: Sequence[Finding], results: Results, sensitivity: Sequence[En
     lines += ["", "## Readings and rules", ""]
     lines += [_paragraph(finding) for finding in findings]
     return "\n".join(lines) + "\n"
+
+
+def _changed(settings: Sequence[str]) -> list[str]:
+    """Return a paragraph on the settings that differ from the paper's, if there are any."""
+    if not settings:
+        return []
+    texts = ", ".join(f"`{text}`" for text in settings)
+    return [f"**Not the paper's setting**: all points were run with {texts}.", ""]
 
 
 def _map(sensitivity: Sequence[Entry]) -> list[str]:

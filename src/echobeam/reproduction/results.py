@@ -9,7 +9,7 @@ import numpy as np
 
 from echobeam.estimation.gaussian import wrap
 from echobeam.physics.polar import POLAR
-from echobeam.reproduction.setups import Variation
+from echobeam.reproduction.setups import Variation, claimed
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.statistics import Statistics
 from echobeam.sweeps.points import Point
@@ -70,12 +70,15 @@ class Outcome:
 
 
 class Results:
-    """Outcomes by name of the setup."""
+    """Outcomes by name of the setup, and the settings ``KEY=VALUE`` of all of them."""
 
-    def __init__(self, outcomes: Sequence[Outcome], trials: int, seed: int) -> None:
+    def __init__(
+        self, outcomes: Sequence[Outcome], trials: int, seed: int, settings: Sequence[str] = ()
+    ) -> None:
         self.outcomes = {outcome.point.name: outcome for outcome in outcomes}
         self.trials = trials
         self.seed = seed
+        self.settings = tuple(settings)
 
     def __getitem__(self, name: str) -> Outcome:
         """Return the outcome of a setup."""
@@ -89,7 +92,9 @@ class Results:
         """
         outcomes = []
         for name, own in self.outcomes.items():
-            found = self[variation.named(name)] if name in names else own
-            point = replace(found.point, name=name, schemes=own.point.schemes)
+            found, schemes = own, own.point.schemes
+            if name in names:
+                found, schemes = self[variation.named(name)], claimed(schemes)
+            point = replace(found.point, name=name, schemes=schemes)
             outcomes.append(replace(found, point=point, asked=set()))
-        return Results(outcomes, self.trials, self.seed)
+        return Results(outcomes, self.trials, self.seed, self.settings)

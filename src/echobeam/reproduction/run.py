@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from echobeam.faults import InputError
 from echobeam.plots.saving import picture_formats, write
 from echobeam.reproduction import mapping
 from echobeam.reproduction.catalogue import CLAIMS, choose
@@ -14,10 +15,11 @@ from echobeam.reproduction.records import Figure, Finding
 from echobeam.reproduction.report import write_claims
 from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import Setup
+from echobeam.scenario.load import load_scenario
 from echobeam.store.work import Progress
 from echobeam.store.workers import HERE, Workers
 from echobeam.store.writing import StoreError, clear_leftovers, make_writable
-from echobeam.sweeps.points import run_study, study_in
+from echobeam.sweeps.points import Point, run_study, study_in
 
 TRIALS, QUICK_TRIALS = 200, 20
 """Number of trials per point, by default and with ``quick``."""
@@ -27,6 +29,9 @@ DATA = ("csv", "json")
 
 BLOCKS = "blocks"
 CLAIM_FILES = ("claims.json", "claims.md")
+
+_OF_SETUPS = ("name", "description", "schemes", "trials")
+"""Keys of a scenario that a setup gives in another way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +52,8 @@ class Reproduction:
         Processes on this machine, or a cluster.
     resume, force
         Continue an interrupted run; replace existing files.
+    settings
+        Texts ``KEY=VALUE``: keys of every setup that differ from the paper's.
     """
 
     ids: tuple[str, ...] = ()
@@ -57,6 +64,7 @@ class Reproduction:
     workers: Workers = HERE
     resume: bool = False
     force: bool = False
+    settings: tuple[str, ...] = ()
 
 
 def reproduce(task: Reproduction, progress: Progress = lambda done, total: None) -> list[Finding]:
@@ -71,8 +79,9 @@ def reproduce(task: Reproduction, progress: Progress = lambda done, total: None)
     """
     figures = choose(task.ids)
     picture_formats(task.formats)
+    points = _points(task, figures)
     _check(task, figures)
-    results = _run(task, figures, progress)
+    results = _run(task, points, progress)
     for path in outputs(task, figures):
         clear_leftovers(path)
     for figure in figures:
@@ -111,11 +120,31 @@ def _check(task: Reproduction, figures: Sequence[Figure]) -> None:
         )
 
 
-def _run(task: Reproduction, figures: Sequence[Figure], progress: Progress) -> Results:
-    setups = setups_of(figures)
-    if not setups:
-        return Results([], task.trials, task.seed)
-    points = [setup.point(task.trials) for setup in setups]
+def _points(task: Reproduction, figures: Sequence[Figure]) -> list[Point]:
+    """Return the points of some figures with the task's settings.
+
+    Raises
+    ------
+    InputError
+        If a setting is not accepted, or is of a key that a figure itself sets.
+    """
+    keys = [text.partition("=")[0].strip() for text in task.settings]
+    points = []
+    for setup in setups_of(figures):
+        for key in keys:
+            for own in (*_OF_SETUPS, *(name for name, _ in setup.overrides)):
+                if f"{own}.".startswith(f"{key}.") or f"{key}.".startswith(f"{own}."):
+                    raise InputError(f"--set {key}: the figures set {own}; choose another key")
+        point = setup.point(task.trials)
+        if task.settings:
+            point = replace(point, scenario=load_scenario(point.scenario, task.settings))
+        points.append(point)
+    return points
+
+
+def _run(task: Reproduction, points: list[Point], progress: Progress) -> Results:
+    if not points:
+        return Results([], task.trials, task.seed, task.settings)
     study = study_in(task.out / BLOCKS, points, task.seed)
     run_study(
         study,
@@ -128,4 +157,4 @@ def _run(task: Reproduction, figures: Sequence[Figure], progress: Progress) -> R
         Outcome(point, study.statistics_of(index), study.kept(index) if point.keep else {})
         for index, point in enumerate(points)
     ]
-    return Results(outcomes, task.trials, task.seed)
+    return Results(outcomes, task.trials, task.seed, task.settings)

@@ -18,6 +18,7 @@ BUILT_IN = (
     "paper-signal",
     "arrivals",
     "crossing",
+    "ground",
     "traffic",
 )
 """Names of the scenarios that come with echobeam."""

@@ -140,7 +140,8 @@ def _fault(error: Any, table: type[BaseModel]) -> str:
     if kind == "missing":
         return f"{key}: missing"
     if kind == "value_error":
-        return f"{key}: {context['error']}" if key else str(context["error"])
+        text = str(context["error"])
+        return text if not key or text.startswith(f"{key}.") else f"{key}: {text}"
     expected = _EXPECTED.get(kind, error["msg"].removeprefix("Input should be "))
     return f"{key}: {value!r} is not accepted; expected {expected}"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from echobeam.numerals import plain
+from echobeam.scenario.geometry import meaningless_keys
 from echobeam.scenario.tables import PARAMETERS
 from echobeam.units import UNITS, parse_quantity
 
@@ -33,20 +34,21 @@ def dump_scenario(scenario: BaseModel) -> str:
     """Return a scenario's complete TOML text; loading it gives an equal one, bit for bit."""
     parameters: Mapping[str, Mapping[str, Any]] = getattr(scenario, PARAMETERS)
     lines = _assignments(scenario, without=("schemes",) if parameters else ())
+    meaningless = meaningless_keys(scenario)
     for name in type(scenario).model_fields:
-        value = getattr(scenario, name)
+        value, without = getattr(scenario, name), meaningless.get(name, ())
         if isinstance(value, BaseModel):
-            lines += ["", f"[{name}]", *_assignments(value)]
+            lines += ["", f"[{name}]", *_assignments(value, without)]
         elif name == "objects":
             for item in value:
-                lines += ["", f"[[{name}]]", *_assignments(item)]
+                lines += ["", f"[[{name}]]", *_assignments(item, without)]
     for name, table in parameters.items():
         lines += ["", f"[schemes.{_key(name)}]"]
         lines += [f"{_key(key)} = {_text(value, '')}" for key, value in table.items()]
     return "\n".join(lines) + "\n"
 
 
-def _assignments(table: BaseModel, without: tuple[str, ...] = ()) -> list[str]:
+def _assignments(table: BaseModel, without: Container[str] = ()) -> list[str]:
     lines = []
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)
@@ -68,11 +70,20 @@ def _text(value: Any, kind: str) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return _quoted(value)
+    if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+        return "[" + ", ".join(_timed(item) for item in value) + "]"
     if isinstance(value, tuple):
         return "[" + ", ".join(_text(item, kind) for item in value) + "]"
     if isinstance(value, int) or kind not in _PREFERRED:
         return repr(value)
     return _quantity(value, kind)
+
+
+def _timed(point: tuple[float, ...]) -> str:
+    """Return a point of a path: its time, then its coordinates."""
+    time, *place = point
+    items = [_quantity(time, "time"), *(_quantity(item, "length") for item in place)]
+    return f"[{', '.join(items)}]"
 
 
 def _quantity(value: float, kind: str) -> str:

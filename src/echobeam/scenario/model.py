@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -13,6 +13,7 @@ from echobeam.brief import html_table
 from echobeam.scenario.built_in import ships
 from echobeam.scenario.checking import ScenarioError, checked, override
 from echobeam.scenario.dump import dump_scenario
+from echobeam.scenario.geometry import check_geometry
 from echobeam.scenario.quantities import FrozenMapping, SchemeParameters, ripple_value
 from echobeam.scenario.tables import (
     DEFAULT_SCHEMES,
@@ -51,6 +52,8 @@ class Scenario(Table):
     schemes: tuple[Annotated[str, Field(min_length=1)], ...] = DEFAULT_SCHEMES
     trials: Count = 200
     """Trials that a run makes unless told otherwise."""
+    geometry: Literal["road", "ground"] = "road"
+    """The paper's vertical plane above a road, or the ground in two dimensions."""
     array: ArrayTable = ArrayTable()
     radio: RadioTable = RadioTable()
     radar: RadarTable = RadarTable()
@@ -85,6 +88,12 @@ class Scenario(Table):
         return self
 
     @model_validator(mode="after")
+    def _check_geometry(self) -> Scenario:
+        """Refuse keys of the other geometry, and motions that cannot be."""
+        check_geometry(self)
+        return self
+
+    @model_validator(mode="after")
     def _check_movers(self) -> Scenario:
         """Refuse two answers to what moves the objects."""
         if self.trace is not None and self.objects:
@@ -94,10 +103,13 @@ class Scenario(Table):
     @model_validator(mode="after")
     def _check_terrain(self) -> Scenario:
         """Refuse ground that is above the UAV."""
-        if self.truth.terrain >= self.uav.height:
+        height, key = self.uav.height, "uav.height"
+        if self.geometry == "ground":
+            height, key = self.uav.lowest(self.frame.slot * self.n_slots), "the UAV's lowest height"
+        if self.truth.terrain >= height:
             raise ValueError(
                 f"truth.terrain: {self.truth.terrain:g} m is not accepted; expected below "
-                f"uav.height, {self.uav.height:g} m"
+                f"{key}, {height:g} m"
             )
         return self
 
@@ -106,7 +118,7 @@ class Scenario(Table):
         """Refuse an object at rest whose cross-section depends on its heading."""
         if self.radar.target in DIRECTIONAL:
             for number, item in enumerate(self.objects):
-                if item.velocity == 0.0:
+                if item.rests:
                     raise ValueError(
                         f"objects.{number}.velocity: 0 m/s is no heading, on which the echo of "
                         f"radar.target = {self.radar.target!r} depends; expected another velocity, "
@@ -189,7 +201,10 @@ class Scenario(Table):
         if self.trace is None and self.objects:
             table["max_objects"] = len(self.objects)
         place = str(Path(path).absolute())
-        document = self.model_dump() | {"objects": (), "trace": table | {"file": place}}
+        document = self.model_dump(exclude_unset=True) | {
+            "objects": (),
+            "trace": table | {"file": place},
+        }
         return Scenario.model_validate(document)
 
     def located(self, folder: Path) -> Scenario:
@@ -229,7 +244,7 @@ class Scenario(Table):
             **moved,
             "antennas": f"{array.n_tx} to send, {array.receivers} to receive",
             "carrier": f"{self.radio.carrier / 1e9:g} GHz",
-            "height": f"{self.uav.height:g} m",
+            "height": f"{self.uav.start(self.geometry)[2]:g} m",
             "slots": f"{frame.frames} x {frame.slots_per_frame} of {1e3 * frame.slot:g} ms",
             "trials": self.trials,
         }

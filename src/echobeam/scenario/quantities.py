@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer
@@ -28,6 +29,67 @@ Acceleration = Annotated[
 Rate = Annotated[float, _reader("rate"), Field(json_schema_extra={"kind": "rate"})]
 Number = Annotated[float, _reader("number"), Field(json_schema_extra={"kind": "number"})]
 """Each is a float in SI and radians, read by `parse_quantity` with its kind of unit."""
+
+
+def _read_motion(value: object, kind: str) -> object:
+    """Accept a quantity along the road, or a pair of them on the ground."""
+    if isinstance(value, list | tuple):
+        if len(value) != 2:
+            raise QuantityError(f"{value!r} has {len(value)} components; expected x and y")
+        return tuple(parse_quantity(item, kind) for item in value)
+    return parse_quantity(value, kind)
+
+
+Velocity = Annotated[
+    float | tuple[float, float],
+    BeforeValidator(lambda value: _read_motion(value, "speed")),
+    Field(json_schema_extra={"kind": "speed"}),
+]
+AnyAcceleration = Annotated[
+    float | tuple[float, float],
+    BeforeValidator(lambda value: _read_motion(value, "acceleration")),
+    Field(json_schema_extra={"kind": "acceleration"}),
+]
+"""Along the road, or along x and y."""
+
+
+def _read_facing(value: object) -> object:
+    """Accept a word, or a direction in ground coordinates of any length but zero."""
+    if isinstance(value, str):
+        if value not in ("down", "ahead"):
+            raise QuantityError(f"{value!r} is not accepted; expected {_FACING}")
+        return value
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise QuantityError(f"{value!r} is not accepted; expected {_FACING}")
+    direction = tuple(parse_quantity(item, "number") for item in value)
+    if not any(direction):
+        raise QuantityError(f"{list(direction)!r} is no direction; expected {_FACING}")
+    return direction
+
+
+_FACING = "'down', 'ahead', or a direction [x, y, z]"
+
+Facing = Annotated[str | tuple[float, float, float], BeforeValidator(_read_facing)]
+"""Direction that a planar array faces."""
+
+
+def _in_time(points: tuple[tuple[float, ...], ...]) -> tuple[tuple[float, ...], ...]:
+    if not points:
+        raise ValueError("no points; expected at least one")
+    for before, after in pairwise(points):
+        if not after[0] > before[0]:
+            raise ValueError(
+                f"goes back in time, from {before[0]:g} s to {after[0]:g} s; expected times that "
+                "increase"
+            )
+    return points
+
+
+Path = Annotated[tuple[tuple[Time, Length, Length], ...], AfterValidator(_in_time)]
+"""Points (t, x, y) of an object on the ground."""
+
+Waypoints = Annotated[tuple[tuple[Time, Length, Length, Length], ...], AfterValidator(_in_time)]
+"""Points (t, x, y, z) of the UAV."""
 
 
 def _read_whole(value: object) -> object:

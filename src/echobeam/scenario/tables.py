@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -12,18 +12,24 @@ from pydantic import (
     Field,
     ValidationInfo,
     field_validator,
+    model_validator,
 )
 
+from echobeam.numerals import whole
 from echobeam.scenario.quantities import (
-    Acceleration,
     Angle,
+    AnyAcceleration,
+    Facing,
     Frequency,
     Length,
     Number,
+    Path,
     Rate,
     Ripple,
     Speed,
     Time,
+    Velocity,
+    Waypoints,
     Whole,
 )
 from echobeam.units import SPEED_OF_LIGHT
@@ -42,6 +48,34 @@ PARAMETERS = "scheme_parameters"
 """Field of a scenario that a file has as ``[schemes.NAME]``."""
 
 
+ANGLE, LENGTH, SPEED = ({"kind": kind} for kind in ("angle", "length", "speed"))
+"""Kinds of the quantities in keys that may be left out."""
+
+PLANAR_KEYS = (
+    "rows",
+    "columns",
+    "receive_rows",
+    "receive_columns",
+    "facing",
+    "polarisations",
+)
+LINEAR_KEYS = ("n_rx", "axis")
+"""Keys that only one kind of array has."""
+
+
+def _refuse(name: str, table: BaseModel, keys: Sequence[str], where: str) -> None:
+    """Refuse keys that have no meaning in a table, unless they have their default.
+
+    Raises
+    ------
+    ValueError
+        Names the first of them.
+    """
+    for key in keys:
+        if getattr(table, key) != type(table).model_fields[key].default:
+            raise ValueError(f"{name}.{key}: not a key with {where}; leave it out")
+
+
 class Table(BaseModel):
     """Table of a scenario file: unknown keys are errors, nothing changes once it is read."""
 
@@ -57,23 +91,83 @@ class Table(BaseModel):
         """
         if not update:
             return super().model_copy(deep=deep)
-        return type(self).model_validate(self.model_dump() | dict(update))
+        return type(self).model_validate(self.model_dump(exclude_unset=True) | dict(update))
 
 
 class ArrayTable(Table):
-    """Transmit and receive uniform linear arrays of the UAV, Eq. (4)."""
+    """Transmit and receive arrays of the UAV: linear, Eq. (4), or planar."""
 
+    kind: Literal["linear", "planar"] = "linear"
+    """Elements on a line, or in rows and columns; planar arrays need ``geometry = "ground"``."""
     n_tx: Antennas = 30
+    """Transmit antennas; of a planar array rows times columns."""
     n_rx: Antennas | None = None
     """As many as n_tx if left out."""
+    rows: Antennas | None = None
+    columns: Antennas | None = None
+    """Elements of a planar array along its two axes."""
+    receive_rows: Antennas | None = None
+    receive_columns: Antennas | None = None
+    """The same of the receive array; those of the transmit array if left out."""
+    facing: Facing = "down"
+    """Direction that a planar array faces: objects behind it are not seen."""
+    polarisations: Literal[1, 2] = 1
+    """2: every element of a planar array sends and receives in two orthogonal polarisations."""
     spacing: Annotated[Number, Field(gt=0)] = 0.5
     """Antenna spacing in wavelengths."""
     axis: Axis = "vertical"
+    """Axis of a linear array."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _count_elements(cls, document: Any) -> Any:
+        """Give a planar array its number of antennas, or say that they do not fit."""
+        if not isinstance(document, Mapping) or document.get("kind") != "planar":
+            return document
+        rows, columns = (whole(document.get(name)) for name in ("rows", "columns"))
+        if rows is None or columns is None or rows < 1 or columns < 1:
+            return document
+        stated = document.get("n_tx")
+        if stated is not None and whole(stated) != rows * columns:
+            raise ValueError(
+                f"array.n_tx: {stated!r} is not rows times columns, {rows} x {columns} = "
+                f"{rows * columns}; leave it out"
+            )
+        return {**document, "n_tx": rows * columns}
+
+    @model_validator(mode="after")
+    def _check_kind(self) -> Self:
+        """Refuse keys of the other kind of array, and a planar array without a size."""
+        if self.kind == "linear":
+            _refuse("array", self, PLANAR_KEYS, 'array.kind = "linear"')
+            return self
+        _refuse("array", self, LINEAR_KEYS, 'array.kind = "planar"')
+        missing = [name for name in ("rows", "columns") if getattr(self, name) is None]
+        if missing:
+            raise ValueError(
+                f"array.{missing[0]}: missing; a planar array has rows and columns, from 1"
+            )
+        return self
 
     @property
     def receivers(self) -> int:
         """N_r."""
+        if self.kind == "planar":
+            rows, columns = self.receive_shape
+            return rows * columns
         return self.n_tx if self.n_rx is None else self.n_rx
+
+    @property
+    def receive_shape(self) -> tuple[int, int]:
+        """Rows and columns of the receive array."""
+        rows = self.rows if self.receive_rows is None else self.receive_rows
+        columns = self.columns if self.receive_columns is None else self.receive_columns
+        return rows or 1, columns or 1
+
+    @property
+    def weights(self) -> int:
+        """Number of weights of a beam: antennas times polarisations."""
+        return self.n_tx * self.polarisations
 
 
 class RadioTable(Table):
@@ -179,10 +273,35 @@ class UavTable(Table):
     """Angle of the velocity above the horizontal; -90 degrees descends."""
     floor: Annotated[Length, Field(gt=0, validate_default=True)] = 1.0
     """Height at which a descending UAV levels off; at most the height that it starts at."""
+    position: Annotated[tuple[Length, Length, Length] | None, Field(json_schema_extra=LENGTH)] = (
+        None
+    )
+    """Where it starts over the ground: x, y, z."""
+    velocity: Annotated[tuple[Speed, Speed, Speed] | None, Field(json_schema_extra=SPEED)] = None
+    """Constant velocity over the ground; it hovers if left out."""
+    waypoints: Waypoints | None = None
+    """Points t, x, y, z that it passes instead, straight from one to the next."""
     altimeter_std: Annotated[Length, Field(ge=0)] = 0.5
     """Standard deviation of the UAV's own height, as its trackers take it."""
     terrain_std: Annotated[Length, Field(ge=0)] = 0.5
     """That of the ground's height under an object, as trackers take it."""
+
+    def start(self, geometry: str) -> tuple[float, float, float]:
+        """Return where the UAV is at time 0, m."""
+        if geometry == "road":
+            return 0.0, 0.0, self.height
+        if self.position is not None:
+            return self.position
+        assert self.waypoints is not None
+        return self.waypoints[0][1:]
+
+    def lowest(self, duration: float) -> float:
+        """Return the least height over the ground in a run of some s, m."""
+        if self.waypoints is not None:
+            return min(point[3] for point in self.waypoints)
+        assert self.position is not None
+        climb = 0.0 if self.velocity is None else self.velocity[2]
+        return self.position[2] + min(climb * duration, 0.0)
 
     @property
     def altitude_std(self) -> float:
@@ -201,15 +320,39 @@ class UavTable(Table):
 
 
 class ObjectTable(Table):
-    """Start of one object, along the road."""
+    """Motion of one object, along the road or on the ground."""
 
-    angle: Annotated[Angle, Field(gt=0, lt=math.pi)]
-    velocity: Speed = 0.0
-    acceleration: Acceleration = 0.0
+    angle: Annotated[
+        Annotated[Angle, Field(gt=0, lt=math.pi)] | None, Field(json_schema_extra=ANGLE)
+    ] = None
+    """Where it starts on the road, as seen from where the UAV starts."""
+    position: Annotated[tuple[Length, Length] | None, Field(json_schema_extra=LENGTH)] = None
+    """Where it starts on the ground: x, y."""
+    velocity: Velocity = 0.0
+    """Along the road, or a pair along x and y."""
+    acceleration: AnyAcceleration = 0.0
+    path: Path | None = None
+    """Points t, x, y that it passes on the ground, straight from one to the next; it waits at the
+    first and stays at the last."""
     appears: Annotated[Time, Field(ge=0)] = 0.0
-    """Time at which it is there, at `angle` as seen from where the UAV starts."""
+    """Time at which it is there, where it starts."""
     leaves: Annotated[Time, Field(gt=0)] | None = None
     """Time from which it is gone; never if left out."""
+
+    @property
+    def rests(self) -> bool:
+        """Whether it does not move at its start, or never on its path."""
+        if self.path is not None:
+            return len({point[1:] for point in self.path}) == 1
+        return self.velocity in (0.0, (0.0, 0.0))
+
+    @property
+    def along_road(self) -> tuple[float, float, float]:
+        """Angle, velocity and acceleration at the start on a road: rad, m/s, m/s^2."""
+        assert self.angle is not None
+        assert not isinstance(self.velocity, tuple)
+        assert not isinstance(self.acceleration, tuple)
+        return self.angle, self.velocity, self.acceleration
 
     @field_validator("leaves")
     @classmethod
@@ -234,7 +377,7 @@ class FilterTable(Table):
     angle_std: Annotated[Angle, Field(ge=0)] = math.radians(0.02)
     distance_std: Annotated[Length, Field(ge=0)] = 0.2
     velocity_std: Annotated[Speed, Field(ge=0)] = 0.5
-    """Process noise per slot, Eq. (40)."""
+    """Process noise per slot, Eq. (40); on the ground the velocity's along each axis, alone."""
     evolution: Literal["paper", "exact"] = "paper"
     """First order as in the paper (corrected), or closed form."""
     velocity_prior: Annotated[Speed, Field(ge=0)] = 0.0

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from echobeam.physics.polar import POLAR
 from echobeam.schemes.base import SchemeError
 from echobeam.values import Mode, Status, Tracks
 
@@ -55,8 +54,10 @@ def check_mode(label: str, mode: object, n_trials: int, allowed: Sequence[Mode])
         )
 
 
-def check_tracks(label: str, tracks: Tracks, n_trials: int) -> None:
+def check_tracks(label: str, tracks: Tracks, n_trials: int, size: int) -> None:
     """Refuse tracks of wrong shapes or types, and known ones without a mean or a covariance.
+
+    ``size`` is the number of components of a state.
 
     Raises
     ------
@@ -69,8 +70,8 @@ def check_tracks(label: str, tracks: Tracks, n_trials: int) -> None:
             f"{label}: id is of shape {leading}; expected (trials, tracks) with {n_trials} trials"
         )
     check_array(f"{label}: id", tracks.id, leading, "whole numbers")
-    check_array(f"{label}: mean", tracks.mean, (*leading, POLAR.size), "real numbers")
-    check_array(f"{label}: cov", tracks.cov, (*leading, POLAR.size, POLAR.size), "real numbers")
+    check_array(f"{label}: mean", tracks.mean, (*leading, size), "real numbers")
+    check_array(f"{label}: cov", tracks.cov, (*leading, size, size), "real numbers")
     check_array(f"{label}: status", tracks.status, leading, "whole numbers")
     if not np.isin(tracks.status, list(Status)).all():
         raise SchemeError(f"{label}: status is none of {', '.join(str(int(s)) for s in Status)}")

@@ -11,11 +11,12 @@ from echobeam.beamforming.design import design_batch
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.brief import Brief
 from echobeam.faults import InputError
-from echobeam.physics.link import channel_loss
+from echobeam.physics.coordinates import cover_shape, direction_of, distance_of
 from echobeam.scenario.tables import CoverageTable
 from echobeam.schemes.base import System, View
+from echobeam.schemes.covers import cover_of
 from echobeam.schemes.matched import matched_beams
-from echobeam.values import Array, BoolArray, ComplexArray, Tracks
+from echobeam.values import Array, BoolArray, ComplexArray, Tracks, aligned
 
 COVERAGE_KEYS = tuple(CoverageTable.model_fields)
 
@@ -32,15 +33,20 @@ class Aim(Brief):
         The posterior of the last slot, of the objects that are still on the roster.
     spread
         ``(T, C)`` rad: sigma_theta of the last slot in which the object was measured, the
-        standard deviation that (38f) covers; NaN if never.
+        standard deviation that (38f) covers; NaN if never. On the ground ``(T, C, 2)``, of both
+        direction cosines.
     active
         ``(T,)``: the trials in which beams are sent.
+    share
+        ``(T,)``: part of the power that is taken from the beams and goes in all directions; None
+        for none.
     """
 
     prior: Tracks
     last: Tracks
     spread: Array
     active: BoolArray
+    share: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -52,7 +58,7 @@ class Beams(Brief):
     beams
         ``(T, C, N)`` complex, sqrt(power); zero for tracks that are not served.
     covered
-        ``(T, C)`` rad; NaN without a design.
+        ``(T, C)`` rad, on the ground the matrices ``(T, C, 2, 2)``; NaN without a design.
     fallback
         ``(T,)``.
     messages, memory
@@ -70,39 +76,32 @@ Target = Literal["prior", "last"]
 """The belief that beams are aimed at: the prediction, or the last posterior (a held estimate)."""
 
 
-def halfwidth(prior: Tracks, spread: Array, system: System) -> Array:
-    """Return ``(..., C)`` rad: l sigma_theta of (38f), at most the widest coverage asked for.
-
-    The paper's sigma_theta is the bound of the last measurement; ``coverage.spread =
-    "posterior"`` takes the belief's own standard deviation instead.
-    """
-    coverage = system.coverage
-    if coverage.spread == "posterior":
-        spread = np.sqrt(np.maximum(prior.cov[..., 0, 0], 0.0))
-    return np.minimum(coverage.width * spread, coverage.max_halfwidth)
-
-
 def problems_at(
-    angle: Array,
-    distance: Array,
+    place: Array,
     covered: Array,
     active: BoolArray,
     system: System,
     *,
     min_rate: float,
     warm_start: ComplexArray | None = None,
+    share: Array | None = None,
 ) -> ProblemBatch:
-    """Return problem (38) for a block of trials, ``(T, C)`` objects each."""
-    n_objects = angle.shape[-1]
-    radio = system.radio
+    """Return problem (38) for a block of trials, ``(T, C)`` objects each at a place.
+
+    With a share ``(T,)`` of the power in all directions the beams have to be scaled, see
+    `System.loss`.
+    """
+    n_objects = active.shape[-1]
+    axes = system.transmitter.axes
+    loss = system.loss(distance_of(place, axes), share)
     return ProblemBatch(
-        angles=angle,
-        loss=channel_loss(distance, radio.noise, radio.alpha0),
+        angles=direction_of(place, axes),
+        loss=loss,
         coverage_halfwidths=covered,
-        active=active,
+        active=active & ~np.isinf(loss),
         ripple=np.full(n_objects, system.ripple),
         min_rate=np.full(n_objects, min_rate),
-        power=radio.power,
+        power=system.radio.power,
         array=system.transmitter,
         resolution=system.coverage.resolution,
         warm_start=warm_start,
@@ -133,29 +132,37 @@ class CoverBeamer:
 
     def problems(self, aim: Aim, view: View) -> ProblemBatch:
         """Return the problems of a slot, most of them started from the last slot's beams."""
-        tracks = getattr(aim, self.aim)
-        covered = halfwidth(tracks, aim.spread, view.system)
-        active = tracks.known & np.isfinite(covered) & aim.active[:, None]
-        angle = tracks.mean[..., 0]
+        tracks, geometry = getattr(aim, self.aim), view.system.geometry
+        covered, wanted = cover_of(tracks, aim.spread, view)
+        active = tracks.known & wanted & aim.active[:, None]
+        place = geometry.place(tracks.mean, view.uav)
         if view.system.coverage.centre == "previous":
-            angle = np.where(aim.last.known, aim.last.mean[..., 0], angle)
+            before = geometry.place(aim.last.mean, view.uav_before)
+            place = np.concatenate(
+                [
+                    np.where(aim.last.known[..., None], before, place)[..., : geometry.axes],
+                    place[..., geometry.axes :],
+                ],
+                axis=-1,
+            )
         directional = view.slot_in_frame - 2  # the paper's frame begins with another slot
         warm = view.memory if directional % self.cold_every else None
         return problems_at(
-            angle,
-            tracks.mean[..., 1],
+            place,
             covered,
             active,
             view.system,
             min_rate=view.system.coverage.min_rate,
             warm_start=warm,
+            share=aim.share,
         )
 
     def beams(self, aim: Aim, view: View) -> Beams:
         """Return the optimised beams."""
         problems = self.problems(aim, view)
         answer = design_batch(problems)
-        covered = np.where(problems.active, problems.coverage_halfwidths, np.nan)
+        covered = problems.coverage_halfwidths
+        covered = np.where(aligned(problems.active, covered), covered, np.nan)
         kept = np.full_like(answer.beams, np.nan) if view.memory is None else view.memory
         memory = np.where(aim.active[:, None, None], answer.beams, kept)
         return Beams(answer.beams, covered, answer.fallback, answer.messages, memory)
@@ -171,12 +178,13 @@ class MatchedBeamer:
 
     def beams(self, aim: Aim, view: View) -> Beams:
         """Return the matched beams."""
-        tracks = getattr(aim, self.aim)
+        tracks, geometry = getattr(aim, self.aim), view.system.geometry
         active = tracks.known & aim.active[:, None]
-        beams = matched_beams(tracks.mean[..., 0], tracks.mean[..., 1], active, view.system)
+        place = geometry.place(tracks.mean, view.uav)
+        beams = matched_beams(place, active, view.system, aim.share)
         return Beams(
             beams,
-            np.full(active.shape, np.nan),
+            np.full((*active.shape, *cover_shape(geometry.axes)), np.nan),
             np.zeros(len(active), dtype=bool),
         )
 
@@ -212,7 +220,7 @@ class HeldBeams:
             held = _instead(held, made, late)
         return Beams(
             np.where(stays[..., None], held.beams, 0.0),
-            np.where(stays, held.covered, np.nan),
+            np.where(aligned(stays, held.covered), held.covered, np.nan),
             held.fallback,
             held.messages,
             memory=held,
@@ -223,7 +231,7 @@ def _instead(held: Beams, made: Beams, trials: BoolArray) -> Beams:
     """Return the held beams, in some trials those made now."""
     return Beams(
         np.where(trials[:, None, None], made.beams, held.beams),
-        np.where(trials[:, None], made.covered, held.covered),
+        np.where(aligned(trials, made.covered), made.covered, held.covered),
         np.where(trials, made.fallback, held.fallback),
         (held.messages or {}) | (made.messages or {}),
     )

@@ -12,14 +12,20 @@ import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
+import numpy as np
 from pydantic import BaseModel
 
 from echobeam.faults import InputError
 from echobeam.physics.array import LinearArray
-from echobeam.physics.aspect import OnRoad
+from echobeam.physics.aspect import OnGround, OnRoad
+from echobeam.physics.coordinates import Geometry
 from echobeam.physics.detection import DetectionLaw, detection_law
 from echobeam.physics.fluctuation import STEADY, Fluctuation, SwerlingOne
+from echobeam.physics.planar import AntennaArray, PlanarArray
+from echobeam.physics.plane import GroundGeometry, Vector, facing
+from echobeam.physics.road import ROAD_GEOMETRY
 from echobeam.physics.targets import TARGETS
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.checking import override_table, read_value
@@ -152,23 +158,69 @@ def system_of(
         law_known=scenario.radar.model == "crb" and scenario.radar.variance == "predicted",
         tracks=scenario.tracks if tracks is None else tracks,
         altitude_std=scenario.uav.altitude_std,
+        labelled=not scenario.unlabelled,
+        geometry=geometry_of(scenario),
     )
+
+
+def geometry_of(scenario: Scenario) -> Geometry:
+    """Return the coordinates of a scenario's states and measurements."""
+    if scenario.geometry == "road":
+        return ROAD_GEOMETRY
+    array = scenario.array
+    if array.kind == "linear":
+        along: Vector = (1.0, 0.0, 0.0) if array.axis == "horizontal" else (0.0, 0.0, -1.0)
+        return GroundGeometry(along_rows=along, normal=None)
+    return facing(_FACING.get(array.facing, array.facing))
+
+
+_FACING: dict[Any, Any] = {"down": (0.0, 0.0, -1.0), "ahead": (1.0, 0.0, 0.0)}
+
+
+def arrays_of(scenario: Scenario) -> tuple[AntennaArray, AntennaArray]:
+    """Return the transmit and the receive array of a scenario.
+
+    On the ground a linear array is a planar one of a single column.
+    """
+    array = scenario.array
+    if scenario.geometry == "road":
+        sizes = (array.n_tx, array.receivers)
+        one, other = (LinearArray(n, array.spacing, array.axis) for n in sizes)
+        return one, other
+    shapes = ((array.n_tx, 1), (array.receivers, 1))
+    if array.kind == "planar":
+        assert array.rows is not None
+        assert array.columns is not None
+        shapes = ((array.rows, array.columns), array.receive_shape)
+    first, second = (PlanarArray(*one, array.spacing, array.polarisations) for one in shapes)
+    return first, second
 
 
 def detection_of(scenario: Scenario) -> DetectionLaw:
     """Return the law of detections for a scenario's equipment."""
-    array, radar = scenario.array, scenario.radar
+    radar = scenario.radar
     return detection_law(
-        LinearArray(array.receivers, array.spacing, array.axis),
+        arrays_of(scenario)[1],
         false_alarm=radar.false_alarm,
         clutter=radar.clutter,
         subcarriers=radar.subcarriers,
         bandwidth=radar.bandwidth,
         pulse_length=radar.pulse_length,
         carrier=scenario.radio.carrier,
-        uav_speed=scenario.uav.speed,
+        uav_speed=fastest(scenario),
         fluctuation=fluctuation_of(scenario),
     )
+
+
+def fastest(scenario: Scenario) -> float:
+    """Return the largest speed of a scenario's UAV, m/s."""
+    uav = scenario.uav
+    if scenario.geometry == "road":
+        return uav.speed
+    if uav.waypoints is None:
+        return float(np.linalg.norm(uav.velocity or (0.0, 0.0, 0.0)))
+    steps = np.diff(np.array(uav.waypoints), axis=0)
+    return float(np.max(np.linalg.norm(steps[:, 1:], axis=-1) / steps[:, 0], initial=0.0))
 
 
 def fluctuation_of(scenario: Scenario) -> Fluctuation:
@@ -200,18 +252,19 @@ def system_for(scenario: Scenario, name: str) -> System:
 
 def variance_law(scenario: Scenario) -> VarianceLaw:
     """Return the law of the measurement variance for a scenario's equipment."""
-    array, radar = scenario.array, scenario.radar
+    radar, (transmitter, receiver) = scenario.radar, arrays_of(scenario)
     target = TARGETS.get(radar.target)
+    on_place = OnRoad if scenario.geometry == "road" else OnGround
     return VarianceLaw(
-        transmitter=LinearArray(array.n_tx, array.spacing, array.axis),
-        receiver=LinearArray(array.receivers, array.spacing, array.axis),
+        transmitter=transmitter,
+        receiver=receiver,
         rcs=complex(*radar.rcs),
         gain=radar.integrated,
         noise=radar.noise,
         bandwidth=radar.bandwidth,
         pulse_length=radar.pulse_length,
         crb=radar.crb,
-        target=OnRoad(target) if target is not None and target.directional else None,
+        target=on_place(target) if target is not None and target.directional else None,
     )
 
 

@@ -50,7 +50,7 @@ class FunctionBeamer:
             If the function returns no array of shape ``(..., K, N)``.
         """
         prior = aim.prior
-        shape = (*prior.status.shape, view.system.array.n_tx)
+        shape = (*prior.status.shape, view.system.transmitter.n)
         given = self.function(prior, view)
         if given is None:
             raise SchemeError(f"scheme {self.name!r} returned nothing in slot {view.slot}")

@@ -9,6 +9,7 @@ import numpy as np
 
 from echobeam.beamforming.design import design_batch
 from echobeam.physics import transmission
+from echobeam.physics.coordinates import cover_shape
 from echobeam.schemes.base import Decision, View, no_tracks
 from echobeam.schemes.beamers import problems_at
 from echobeam.values import Detections, Mode, Tracks
@@ -23,11 +24,18 @@ class TrueTracks:
 
 @dataclass(frozen=True, slots=True)
 class Genie:
-    """Maximum sum rate at the true channel: no omnidirectional slot, no coverage, no floors."""
+    """Maximum sum rate at the true channel: no omnidirectional slot, no coverage.
+
+    Attributes
+    ----------
+    floors
+        Whether it meets the rate floors (38e), as a scheme has to that heeds them.
+    """
 
     parameters: ClassVar[tuple[str, ...]] = ()
 
     name: str = "genie"
+    floors: bool = False
 
     @property
     def omniscient(self) -> bool:
@@ -36,7 +44,7 @@ class Genie:
 
     def start(self, view: View) -> TrueTracks:
         """Return no tracks; it needs no past."""
-        return TrueTracks(no_tracks(view.roster))
+        return TrueTracks(no_tracks(view.roster, view.system.geometry.space.size))
 
     def predict(self, belief: TrueTracks, view: View) -> TrueTracks:
         """Return the truth, without uncertainty."""
@@ -45,14 +53,14 @@ class Genie:
 
     def transmit(self, prior: TrueTracks, view: View) -> Decision:
         """Return the beams of largest sum rate, Eq. (38a) under (38b) alone."""
-        tracks = prior.tracks
+        tracks, geometry = prior.tracks, view.system.geometry
+        cover = (*tracks.known.shape, *cover_shape(geometry.axes))
         problems = problems_at(
-            tracks.mean[..., 0],
-            tracks.mean[..., 1],
-            np.zeros(tracks.known.shape),
+            geometry.place(tracks.mean, view.uav),
+            np.zeros(cover),
             tracks.known,
             view.system,
-            min_rate=0.0,
+            min_rate=view.system.coverage.min_rate if self.floors else 0.0,
         )
         answer = design_batch(problems)
         return Decision(
@@ -60,7 +68,7 @@ class Genie:
             addressee=tracks.id,
             sensed=np.zeros_like(tracks.known),
             mode=np.full(view.n_trials, Mode.DIRECTIONAL, dtype=np.int8),
-            covered=np.full(tracks.known.shape, np.nan),
+            covered=np.full(cover, np.nan),
             fallback=answer.fallback,
             messages=answer.messages,
         )

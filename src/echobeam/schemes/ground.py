@@ -9,14 +9,16 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.faults import InputError
+from echobeam.physics.plane import GroundGeometry
 from echobeam.physics.polar import POLAR_MEASUREMENT
 from echobeam.schemes.base import View
 from echobeam.schemes.ground_echoes import Echoes, law_on, strength_of
 from echobeam.schemes.ground_grid import grid_posterior, view_of
 from echobeam.schemes.ground_motion import Motion, Motions, motions_of
+from echobeam.schemes.ground_plane import PlaneBelief, PlaneTracker
 from echobeam.schemes.ground_report import reported
 from echobeam.schemes.trackers import labelled
-from echobeam.tracking import fading, posterior_linearisation
+from echobeam.tracking import contradiction, posterior_linearisation
 from echobeam.tracking.ground import GroundMeasurement
 from echobeam.tracking.road_grid import PositionGrid
 from echobeam.tracking.road_shape import Shape, carried, gaussian_shape, shape_of
@@ -59,15 +61,22 @@ class GroundBelief(Brief):
     """
 
     state: GaussianState
-    surprise: fading.Surprise
+    surprise: contradiction.Surprise
     tracks: Tracks
     shape: Shape | None
     probability: Array
 
 
+AnyBelief = GroundBelief | PlaneBelief
+"""Belief on the road or on the plane, by the scenario's geometry."""
+
+
 @dataclass(frozen=True, slots=True)
 class GroundTracker:
-    """Sigma-point filter of position and velocity on the road, with the altitude error unknown.
+    """Filter of position and velocity on the road, with the altitude error unknown.
+
+    On a plane, `geometry = "ground"`, it is that of `PlaneTracker`; what is said of points and
+    iterations is of the road.
 
     Attributes
     ----------
@@ -104,8 +113,18 @@ class GroundTracker:
                 f"{', '.join(get_args(Motion))}"
             )
 
-    def start(self, view: View) -> GroundBelief:
+    @property
+    def _on_plane(self) -> PlaneTracker:
+        return PlaneTracker(adaptive=self.adaptive)
+
+    def start(self, view: View) -> AnyBelief:
         """Return no knowledge."""
+        if isinstance(view.system.geometry, GroundGeometry):
+            if self.motion != "cv":
+                raise InputError(
+                    f'motion: {self.motion!r} is not possible with geometry = "ground"; expected cv'
+                )
+            return self._on_plane.start(view)
         motions = self._motions(view)
         shape = motions.columns(view.roster).shape
         size = motions.space.size
@@ -115,11 +134,13 @@ class GroundTracker:
             known=np.zeros(shape, dtype=bool),
         )
         probability = motions.at_first(view.roster.shape)
-        surprise = fading.no_surprise(shape, COMPONENTS)
+        surprise = contradiction.no_surprise(shape, COMPONENTS)
         return _believed(motions, nothing, probability, surprise, None, view)
 
-    def predict(self, belief: GroundBelief, view: View) -> GroundBelief:
+    def predict(self, belief: AnyBelief, view: View) -> AnyBelief:
         """Return the prediction of this slot; objects that left the roster are forgotten."""
+        if isinstance(belief, PlaneBelief):
+            return self._on_plane.predict(belief, view)
         motions = self._motions(view)
         stays = motions.columns(belief.tracks.id == view.roster)
         state, surprise, shape = belief.state, belief.surprise, belief.shape
@@ -133,8 +154,10 @@ class GroundTracker:
         mirrors = view.system.array.axis == "vertical"
         return _believed(motions, prior, probability, surprise, shape, view, one_side=mirrors)
 
-    def update(self, prior: GroundBelief, detections: Detections, view: View) -> GroundBelief:
+    def update(self, prior: AnyBelief, detections: Detections, view: View) -> AnyBelief:
         """Return the posterior of known objects and the first state of new ones."""
+        if isinstance(prior, PlaneBelief):
+            return self._on_plane.update(prior, detections, view)
         value, stated = labelled(detections, prior.tracks.id)
         value = np.where(np.isfinite(stated), value, np.nan)
         measured = np.isfinite(value)
@@ -153,8 +176,8 @@ class GroundTracker:
             state, shape = made.state, shape.placed(columns, bent[columns])
             probability = motions.reweighted(probability, made.log_likelihood, tracked)
             if self.adaptive:
-                surprise = fading.remembered(surprise, made.nis, made.degrees, made.scores)
-                failing = motions.by_model(fading.failing(surprise, columns)).any(axis=-1)
+                surprise = contradiction.remembered(surprise, made.nis, made.degrees, made.scores)
+                failing = motions.by_model(contradiction.failing(surprise, columns)).any(axis=-1)
                 anew = np.asarray(failing & measured[..., :2].all(axis=-1))
         new = ~known & measured[..., 1]
         for some, widening in ((anew, WIDE), (new, 1.0)):
@@ -259,7 +282,7 @@ def _believed(
     motions: Motions,
     state: GaussianState,
     probability: Array,
-    surprise: fading.Surprise,
+    surprise: contradiction.Surprise,
     shape: Shape | None,
     view: View,
     *,
@@ -295,12 +318,12 @@ def _recall_velocity(mean: Array, cov: Array, past_mean: Array, past_cov: Array)
     cov -= column[..., :, None] * column[..., None, :] * gain[..., None, None]
 
 
-def _of(surprise: fading.Surprise, known: BoolArray) -> fading.Surprise:
+def _of(surprise: contradiction.Surprise, known: BoolArray) -> contradiction.Surprise:
     """Return the memory of known objects, none of the others."""
     if known.all():
         return surprise
-    none = fading.no_surprise(known.shape, COMPONENTS)
-    return fading.Surprise(
+    none = contradiction.no_surprise(known.shape, COMPONENTS)
+    return contradiction.Surprise(
         np.where(known, surprise.total, none.total),
         np.where(known, surprise.degrees, none.degrees),
         np.where(known, surprise.squared, none.squared),

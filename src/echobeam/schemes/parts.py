@@ -9,6 +9,7 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.physics import transmission
+from echobeam.physics.coordinates import cover_shape, direction_of, spread_shape
 from echobeam.schemes.answers import check_array, check_mode, check_tracks
 from echobeam.schemes.base import Belief, Decision, SchemeError, View, no_tracks, reported
 from echobeam.schemes.beamers import Aim, Beams
@@ -22,13 +23,18 @@ from echobeam.values import (
     Mode,
     ModeArray,
     Tracks,
-    Transmission,
+    aligned,
+    with_beams,
 )
 
 
 @runtime_checkable
 class Frame(Protocol):
-    """Part that decides when to look around."""
+    """Part that decides when to look around.
+
+    A frame may mix the two: one with an attribute ``share``, a part of the power, may answer
+    `Mode.MIXED`, beams with the rest of it while that part goes in all directions, without data.
+    """
 
     def mode(self, tracks: Tracks, view: View) -> ModeArray:
         """Return ``(T,)`` `Mode`: what each trial does in this slot."""
@@ -73,7 +79,7 @@ class PartsBelief(Brief):
         Tracks of the last posterior, of the objects that are still on the roster.
     spread
         ``(T, C)`` rad: sigma_theta of the last slot in which the object was measured; NaN if
-        never.
+        never. On the ground ``(T, C, 2)``, of both direction cosines.
     """
 
     own: Belief
@@ -106,8 +112,9 @@ class SchemeOfParts:
 
     def start(self, view: View) -> PartsBelief:
         """Return the belief before the first slot."""
-        nothing = no_tracks(view.roster)
-        spread = np.full(view.roster.shape, np.nan)
+        nothing = no_tracks(view.roster, view.system.geometry.space.size)
+        axes = view.system.geometry.axes
+        spread = np.full((*view.roster.shape, *spread_shape(axes)), np.nan)
         own = _call(self.tracker, "tracker", "start", view)
         return PartsBelief(own, nothing, nothing, spread)
 
@@ -118,24 +125,27 @@ class SchemeOfParts:
         stays = last.id == view.roster
         if not stays.all():
             last = _without(last, stays)
-        spread = np.where(stays, belief.spread, np.nan)
+        spread = np.where(aligned(stays, belief.spread), belief.spread, np.nan)
         return PartsBelief(own, self._tracks(own, "predict", view), last, spread)
 
     def transmit(self, prior: PartsBelief, view: View) -> Decision:
         """Return the frame's choice of omnidirectional, pilot and directional trials."""
         tracks = prior.tracks
         mode = _call(self.frame, "frame", "mode", tracks, view)
-        check_mode(f"{_name(self.frame, 'frame')}: mode", mode, view.n_trials, MODES)
-        directional = mode == Mode.DIRECTIONAL
-        radio, n_tx = view.system.radio, view.system.array.n_tx
+        mixes = hasattr(self.frame, "share")
+        check_mode(f"{_name(self.frame, 'frame')}: mode", mode, view.n_trials, _modes(mixes))
+        directional = with_beams(mode)
+        share = np.where(mode == Mode.MIXED, getattr(self.frame, "share", 0.0), 0.0)
+        radio, n_tx = view.system.radio, view.system.transmitter.n
         served = tracks.id != NOBODY
-        covered = np.full(tracks.id.shape, np.nan)
+        cover = cover_shape(view.system.geometry.axes)
+        covered = np.full((*tracks.id.shape, *cover), np.nan)
         made = Beams(np.zeros((*tracks.id.shape, n_tx)), covered, np.zeros(len(mode), dtype=bool))
         if directional.any():
-            aim = Aim(tracks, prior.last, prior.spread, directional)
+            aim = Aim(tracks, prior.last, prior.spread, directional, share)
             made = _call(self.beamer, "beamer", "beams", aim, view)
-            _check_beams(_name(self.beamer, "beamer"), made, (*tracks.id.shape, n_tx))
-        sent: Transmission = transmission.directional(made.beams)
+            _check_beams(_name(self.beamer, "beamer"), made, (*tracks.id.shape, n_tx), cover)
+        sent = transmission.with_probing(made.beams, share, radio.power)
         for label, send in ((Mode.OMNI, transmission.omni), (Mode.PILOT, transmission.pilot)):
             trials = mode == label
             if trials.any():
@@ -155,8 +165,9 @@ class SchemeOfParts:
         """Return the tracker's posterior."""
         own = _call(self.tracker, "tracker", "update", prior.own, detections, view)
         _, variance = labelled(detections, prior.tracks.id)
-        measured = np.isfinite(variance[..., 0])
-        sigma = np.sqrt(np.where(measured, variance[..., 0], 0.0))
+        square = direction_of(variance, view.system.geometry.axes)
+        measured = np.isfinite(square)
+        sigma = np.sqrt(np.where(measured, square, 0.0))
         spread = np.where(measured, sigma, prior.spread)
         return PartsBelief(own, self._tracks(own, "update", view), prior.last, spread)
 
@@ -166,12 +177,17 @@ class SchemeOfParts:
         tracks = reported(own, label, call)
         if tracks.id is view.roster:
             return tracks
-        check_tracks(f"{label}, tracks from {call} of slot {view.slot}", tracks, view.n_trials)
+        size = view.system.geometry.space.size
+        check_tracks(
+            f"{label}, tracks from {call} of slot {view.slot}", tracks, view.n_trials, size
+        )
         return in_order(tracks, view.roster)
 
 
-MODES = (Mode.OMNI, Mode.DIRECTIONAL, Mode.PILOT)
-"""Modes that a frame may choose for a trial; a mixture of them is for whole schemes."""
+def _modes(mixes: bool) -> tuple[Mode, ...]:
+    """Return the modes that a frame may choose for a trial; only some frames mix them."""
+    pure = (Mode.OMNI, Mode.DIRECTIONAL, Mode.PILOT)
+    return (*pure, Mode.MIXED) if mixes else pure
 
 
 def misfits(scheme: SchemeOfParts) -> list[str]:
@@ -208,14 +224,16 @@ def _call(part: object, kind: str, call: str, *arguments: object) -> Any:
         raise SchemeError(f"{_name(part, kind)}: {call}({given}): {error}") from error
 
 
-def _check_beams(label: str, made: object, shape: tuple[int, int, int]) -> None:
-    """Refuse what is no `Beams` of the tracks ``(T, C, N)``."""
+def _check_beams(
+    label: str, made: object, shape: tuple[int, int, int], cover: tuple[int, ...]
+) -> None:
+    """Refuse what is no `Beams` of the tracks ``(T, C, N)`` with covers of a shape."""
     if not isinstance(made, Beams):
         raise SchemeError(
             f"{label}: beams returned a {type(made).__name__}; expected echobeam.Beams"
         )
     check_array(f"{label}: beams", made.beams, shape, "complex numbers")
-    check_array(f"{label}: covered", made.covered, shape[:2], "real numbers")
+    check_array(f"{label}: covered", made.covered, (*shape[:2], *cover), "real numbers")
     check_array(f"{label}: fallback", made.fallback, shape[:1], "true or false")
 
 

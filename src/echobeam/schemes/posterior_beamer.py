@@ -9,9 +9,11 @@ import numpy as np
 
 from echobeam.beamforming.expected.beliefs import BeliefBatch, check_least_snr, check_outage
 from echobeam.beamforming.expected.design import design_expected
-from echobeam.physics.link import channel_loss
+from echobeam.physics.coordinates import cover_shape
+from echobeam.physics.plane import GroundGeometry
 from echobeam.schemes.base import View
 from echobeam.schemes.beamers import Aim, Beams, Target
+from echobeam.schemes.cosine_beliefs import cosine_belief
 from echobeam.values import Array, Tracks
 
 WIDEST = np.pi / 4
@@ -20,9 +22,10 @@ WIDEST = np.pi / 4
 
 @dataclass(frozen=True, slots=True)
 class PosteriorBeamer:
-    """Beams of the largest expected sum rate over the belief of each object's angle.
+    """Beams of the largest expected sum rate over the belief of each object's direction.
 
-    The belief is Gaussian, the track's mean and variance of the angle, and the distance follows
+    The belief is Gaussian, the track's mean and variance of the angle (on the ground those of the
+    two direction cosines), and the distance follows
     the angle as far as the track's covariance says. Narrow beliefs give matched beams that heed
     the interference, wide ones a cover whose width nobody has to choose; ``covered`` is NaN, since
     none is designed for.
@@ -53,16 +56,23 @@ class PosteriorBeamer:
         """Return the beliefs of a slot, started from the last slot's beams."""
         tracks, system = getattr(aim, self.aim), view.system
         active = tracks.known & aim.active[:, None]
-        radio = system.radio
-        deviation, stretch = belief_of(tracks)
+        geometry = system.geometry
+        if isinstance(geometry, GroundGeometry):
+            belief = cosine_belief(tracks, geometry, view.uav)
+            mean, deviation, stretch = belief.mean, belief.axes, belief.stretch
+            distance = belief.distance
+            active &= np.isfinite(distance)
+        else:
+            mean, distance = tracks.mean[..., 0], tracks.mean[..., 1]
+            deviation, stretch = belief_of(tracks)
         return BeliefBatch(
-            angles=tracks.mean[..., 0],
+            angles=mean,
             deviation=deviation,
-            loss=channel_loss(tracks.mean[..., 1], radio.noise, radio.alpha0),
+            loss=system.loss(distance, aim.share),
             stretch=stretch,
             active=active,
             min_rate=np.full(active.shape[-1], system.coverage.min_rate),
-            power=radio.power,
+            power=system.radio.power,
             array=system.transmitter,
             outage=self.outage,
             least_snr=self.least_snr,
@@ -75,7 +85,7 @@ class PosteriorBeamer:
         kept = np.full_like(answer.beams, np.nan) if view.memory is None else view.memory
         return Beams(
             answer.beams,
-            np.full(answer.beams.shape[:2], np.nan),
+            np.full((*answer.beams.shape[:2], *cover_shape(view.system.geometry.axes)), np.nan),
             answer.fallback,
             answer.messages,
             np.where(aim.active[:, None, None], answer.beams, kept),

@@ -7,12 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from echobeam.physics.polar import POLAR
 from echobeam.scenario.tables import FilterTable
 from echobeam.schemes.base import View
+from echobeam.schemes.models import first_state, measurement_of, motion_of
 from echobeam.tracking import filter as ekf
-from echobeam.tracking.initial import initial_state
-from echobeam.tracking.polar import PolarMeasurement, PolarMotion
 from echobeam.values import (
     Array,
     BoolArray,
@@ -57,10 +55,10 @@ class GaussianBelief:
 
 def unknown(view: View) -> GaussianBelief:
     """Return the belief of a UAV that has measured nothing."""
-    shape = view.roster.shape
+    shape, size = view.roster.shape, view.system.geometry.space.size
     nothing = GaussianState(
-        mean=np.full((*shape, POLAR.size), np.nan),
-        cov=np.full((*shape, POLAR.size, POLAR.size), np.nan),
+        mean=np.full((*shape, size), np.nan),
+        cov=np.full((*shape, size, size), np.nan),
         known=np.zeros(shape, dtype=bool),
     )
     return GaussianBelief(nothing, view.roster)
@@ -107,28 +105,8 @@ def labelled(detections: Detections, id: IntArray) -> tuple[Array, Array]:
     return np.where(found, value, np.nan), np.where(found, variance, np.inf)
 
 
-def polar_motion(view: View) -> PolarMotion:
-    """Return the paper's motion model with the settings of a scheme's filter."""
-    settings = view.system.filter
-    return PolarMotion(
-        view.system.slot_duration,
-        settings.angle_std,
-        settings.distance_std,
-        settings.velocity_std,
-        settings.evolution,
-    )
-
-
 def _predicted(belief: GaussianBelief, view: View) -> GaussianState:
-    return ekf.predict(forget(belief, view), polar_motion(view), view.uav_before)
-
-
-def _first(value: Array, variance: Array, view: View) -> GaussianState:
-    """Return the state that a first measurement alone gives (the paper's Note 2)."""
-    model = PolarMeasurement(view.system.radio.carrier)
-    return initial_state(
-        value, variance, model, view.uav, view.system.filter.velocity_prior or None
-    )
+    return ekf.predict(forget(belief, view), motion_of(view.system), view.uav_before)
 
 
 def _started(state: GaussianState, value: Array, variance: Array, view: View) -> GaussianState:
@@ -136,7 +114,7 @@ def _started(state: GaussianState, value: Array, variance: Array, view: View) ->
     new = ~state.known & np.isfinite(value[..., 0])
     if not new.any():
         return state
-    return _choose(new, _first(value, variance, view), state)
+    return _choose(new, first_state(value, variance, view), state)
 
 
 def _choose(mask: BoolArray, one: GaussianState, other: GaussianState) -> GaussianState:
@@ -165,8 +143,8 @@ class ExtendedKalman:
     def update(self, prior: GaussianBelief, detections: Detections, view: View) -> GaussianBelief:
         """Return the filtered state of known objects and the first state of new ones."""
         value, variance = labelled(detections, prior.id)
-        model = PolarMeasurement(view.system.radio.carrier)
-        tracked = ekf.update(prior.state, value, variance, model, view.uav, POLAR).state
+        model, space = measurement_of(view.system), view.system.geometry.space
+        tracked = ekf.update(prior.state, value, variance, model, view.uav, space).state
         return GaussianBelief(_started(tracked, value, variance, view), prior.id)
 
 
@@ -213,5 +191,5 @@ def _renewed(prior: GaussianBelief, detections: Detections, view: View) -> Gauss
     value, variance = labelled(detections, prior.id)
     if not np.isfinite(value[..., 0]).any():
         return prior.state
-    fresh = _first(value, variance, view)
+    fresh = first_state(value, variance, view)
     return _choose(fresh.known, fresh, prior.state)

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.physics.array import LinearArray
-from echobeam.sensing.directions import PER_BEAM, steering
-from echobeam.sensing.refine import Receiver
+from echobeam.physics.planar import AntennaArray, PlanarArray
+from echobeam.sensing.directions import PER_BEAM, beam_sizes, steering, within
+from echobeam.sensing.target import Receiver
 from echobeam.values import Array, ComplexArray
 
 LOADING = 10.0
@@ -25,6 +25,11 @@ omnidirectional slot the RMSE over the bound is 1.39 with a loading of 1, and 1.
 """
 
 _POINTS = 41
+
+_PLANAR_POINTS, _STAGES = 9, 2
+"""Points along either axis of the grids for a planar array, and their number."""
+
+_NEXT = np.array([-1, 0, 1])
 
 
 def covariance(snapshots: ComplexArray, loading: float = LOADING) -> ComplexArray:
@@ -48,7 +53,7 @@ def covariance(snapshots: ComplexArray, loading: float = LOADING) -> ComplexArra
     return loaded
 
 
-def capon_spectrum(inverse: ComplexArray, array: LinearArray, u: Array) -> Array:
+def capon_spectrum(inverse: ComplexArray, array: AntennaArray, u: Array) -> Array:
     """Return Capon's spectrum of power, 1 / (b^H R^-1 b), in directions ``(..., G)``.
 
     Parameters
@@ -72,7 +77,7 @@ def capon_direction(
     """Return the direction of the maximum within a beam of a direction, ``(T,)``.
 
     A grid of a twentieth of a beam's width, then the vertex of the parabola through the logarithms
-    of its three largest values.
+    of its three largest values. Of a planar array it is the same in two dimensions, ``(T, 2)``.
 
     Parameters
     ----------
@@ -85,17 +90,13 @@ def capon_direction(
     known
         The receiver.
     """
+    if isinstance(known.receiver, PlanarArray):
+        return _planar_direction(correlated, inverse, near, known)
     low, high = known.receiver.visible
     width = 1.0 / (PER_BEAM * known.receiver.n * known.receiver.spacing)
     step = 2.0 * width / (_POINTS - 1)
     grid = near[:, None] + step * (np.arange(_POINTS) - _POINTS // 2)
-    b = steering(known.receiver, grid)
-    f = np.conj(np.conj(steering(known.transmitter, grid)) @ known.precoder)  # (T, G, L): F^H a
-    weighted = np.conj(b) @ inverse
-    amplitude = np.sum((weighted @ correlated) * f, axis=-1)
-    distortionless = np.real(np.sum(weighted * b, axis=-1))
-    lit = np.real(np.sum(np.conj(f) * (f @ np.swapaxes(known.gram, -1, -2)), axis=-1))
-    power = np.abs(amplitude) ** 2 / np.maximum(distortionless * lit, np.finfo(np.float64).tiny)
+    power = _spectrum(correlated, inverse, grid, known)
     logs = np.log(np.maximum(power, np.finfo(np.float64).tiny))
     best = np.clip(np.argmax(logs, axis=-1), 1, _POINTS - 2)[:, None]
     before, middle, after = (
@@ -105,3 +106,56 @@ def capon_direction(
     offset = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, 1.0), 0.0)
     u = np.take_along_axis(grid, best, axis=-1)[:, 0] + step * np.clip(offset, -1.0, 1.0)
     return np.asarray(np.clip(u, low, high))
+
+
+def _planar_direction(
+    correlated: ComplexArray, inverse: ComplexArray, near: Array, known: Receiver
+) -> Array:
+    """Return the direction cosines of the maximum, ``(T, 2)``, on two grids of rising density."""
+    reach = 1.0 / (PER_BEAM * beam_sizes(known.receiver))
+    line = np.linspace(-1.0, 1.0, _PLANAR_POINTS)
+    square = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    u, trials = near, np.arange(len(near))
+    for _ in range(_STAGES):
+        grid = u[:, None, :] + square * reach
+        power = _spectrum(correlated, inverse, grid, known)
+        u = grid[trials, np.argmax(power, axis=-1)]
+        reach = 2.0 * reach / (_PLANAR_POINTS - 1)
+    logs = np.log(np.maximum(power, np.finfo(np.float64).tiny))
+    logs = logs.reshape(-1, _PLANAR_POINTS, _PLANAR_POINTS)
+    row, column = np.unravel_index(np.argmax(power, axis=-1), logs.shape[1:])
+    row, column = (np.clip(place, 1, _PLANAR_POINTS - 2) for place in (row, column))
+    u = grid.reshape(-1, _PLANAR_POINTS, _PLANAR_POINTS, 2)[trials, row, column]
+    near_best = logs[trials[:, None, None], row[:, None, None] + _NEXT[:, None],
+                     column[:, None, None] + _NEXT]  # fmt: skip
+    return within(known.receiver, u + reach * _vertex(near_best))
+
+
+def _vertex(values: Array) -> Array:
+    """Return where the parabola through nine values ``(T, 3, 3)`` is largest, in steps."""
+    gradient = 0.5 * np.stack(
+        [values[:, 2, 1] - values[:, 0, 1], values[:, 1, 2] - values[:, 1, 0]], axis=-1
+    )
+    bend_u = values[:, 2, 1] - 2.0 * values[:, 1, 1] + values[:, 0, 1]
+    bend_v = values[:, 1, 2] - 2.0 * values[:, 1, 1] + values[:, 1, 0]
+    corners = values[:, 2, 2] - values[:, 2, 0] - values[:, 0, 2] + values[:, 0, 0]
+    bend = np.stack([bend_u, 0.25 * corners, 0.25 * corners, bend_v], axis=-1).reshape(-1, 2, 2)
+    concave = (bend_u < 0.0) & (bend_v < 0.0) & (np.linalg.det(bend) > 0.0)
+    safe = np.where(concave[:, None, None], bend, -np.eye(2))
+    step = -np.linalg.solve(safe, gradient[..., None])[..., 0]
+    return np.where(concave[:, None], np.clip(step, -1.0, 1.0), 0.0)
+
+
+def _spectrum(
+    correlated: ComplexArray, inverse: ComplexArray, grid: Array, known: Receiver
+) -> Array:
+    """Return the spectrum in directions ``(T, G)`` or ``(T, G, 2)``, ``(T, G)``."""
+    b = steering(known.receiver, grid)
+    f = np.conj(np.conj(steering(known.transmitter, grid)) @ known.precoder)  # (T, G, L): F^H a
+    weighted = np.conj(b) @ inverse
+    amplitude = np.sum((weighted @ correlated) * f, axis=-1)
+    distortionless = np.real(np.sum(weighted * b, axis=-1))
+    lit = np.real(np.sum(np.conj(f) * (f @ np.swapaxes(known.gram, -1, -2)), axis=-1))
+    smallest = np.finfo(np.float64).tiny
+    power: Array = np.abs(amplitude) ** 2 / np.maximum(distortionless * lit, smallest)
+    return power

@@ -14,13 +14,15 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from echobeam.physics.array import LinearArray
+from echobeam.physics.planar import AntennaArray
 from echobeam.physics.waveform import Waveform
 from echobeam.sensing.capon import capon_direction, covariance
 from echobeam.sensing.cfar import Cfar, noise_level, threshold_factor, training_cells
 from echobeam.sensing.compression import Filter, cell_places, delay_doppler_map, weights
-from echobeam.sensing.directions import angle_of, search_grid, steering
+from echobeam.sensing.directions import angle_of, beam_sizes, search_grid, steering
 from echobeam.sensing.information import stated_variance
-from echobeam.sensing.refine import Point, Receiver, at, rebuilt, refine, replica
+from echobeam.sensing.refine import refine
+from echobeam.sensing.target import Point, Receiver, at, rebuilt, replica
 from echobeam.sensing.together import refine_together
 from echobeam.values import Array, BoolArray, ComplexArray, IntArray
 
@@ -66,13 +68,14 @@ class Echo(NamedTuple):
     Attributes
     ----------
     angle, delay, doppler
-        rad, s, Hz; of a vertical array the angle below 90 degrees.
+        rad, s, Hz; of a vertical array the angle below 90 degrees. Of a planar array the direction
+        cosines ``(T, D, 2)`` take the angle's place.
     snr
         Likelihood ratio less one: SNR after all integration, over all antennas.
     valid
         Whether the echo passed the threshold.
     variance
-        ``(T, D, 3)`` rad^2, s^2, Hz^2: the Cramer-Rao bound of all echoes together, at the
+        ``(T, D, A + 2)`` rad^2, s^2, Hz^2: the Cramer-Rao bound of all echoes together, at the
         estimates.
     """
 
@@ -85,7 +88,7 @@ class Echo(NamedTuple):
 
 
 def receiver_of(
-    arrays: tuple[LinearArray, LinearArray],
+    arrays: tuple[AntennaArray, AntennaArray],
     waveform: Waveform,
     streams: ComplexArray,
     precoder: ComplexArray,
@@ -143,10 +146,10 @@ def find_echoes(signal: ComplexArray, known: Receiver, count: int, processing: P
             _by_capon(_without_others(flat, points, valid, known, place), point, known)
             for place, point in enumerate(points)
         ]
-    stacked = [np.stack(one, axis=-1) for one in zip(*points, strict=True)]
+    stacked = [np.stack(one, axis=1) for one in zip(*points, strict=True)]
     u, delay, doppler, _, statistic = stacked
     return Echo(
-        angle_of(known.receiver, u),
+        _reported(known.receiver, u),
         delay,
         doppler,
         np.maximum(statistic - 1.0, 0.0),
@@ -157,6 +160,8 @@ def find_echoes(signal: ComplexArray, known: Receiver, count: int, processing: P
 
 def angle_by_capon(signal: ComplexArray, found: Echo, known: Receiver) -> Array:
     """Return the angles ``(T, D)`` of echoes that were found, by Capon's spectrum.
+
+    Of a planar array the direction cosines, ``(T, D, 2)``.
 
     Parameters
     ----------
@@ -170,11 +175,18 @@ def angle_by_capon(signal: ComplexArray, found: Echo, known: Receiver) -> Array:
     flat = signal.reshape(*signal.shape[:-2], -1)
     nothing, silent = np.zeros(len(flat)), np.zeros(len(flat), dtype=np.complex128)
     angles = []
-    for place in range(found.angle.shape[-1]):
-        u = known.receiver.frequency(found.angle[:, place])
+    for place in range(found.delay.shape[-1]):
+        u = found.angle[:, place]
+        if isinstance(known.receiver, LinearArray):
+            u = known.receiver.frequency(u)
         start = Point(u, found.delay[:, place], found.doppler[:, place], silent, nothing)
-        angles.append(angle_of(known.receiver, _by_capon(flat, start, known).u))
-    return np.stack(angles, axis=-1)
+        angles.append(_reported(known.receiver, _by_capon(flat, start, known).u))
+    return np.stack(angles, axis=1)
+
+
+def _reported(array: AntennaArray, u: Array) -> Array:
+    """Return the directions as they are measured: angles, or the cosines of a planar array."""
+    return angle_of(array, u) if isinstance(array, LinearArray) else u
 
 
 def _each_alone(
@@ -208,9 +220,13 @@ def _close_together(
 ) -> list[Point]:
     """Return the points, in trials with echoes close to each other at their joint maximum."""
     wave, array = known.waveform, known.receiver
+    if isinstance(array, LinearArray):
+        along = [np.stack([p.u * array.n * array.spacing for p in points], axis=-1)]
+    else:
+        along = list(np.stack([(p.u * beam_sizes(array)).T for p in points], axis=-1))
     cells = np.stack(
         [
-            np.stack([p.u * array.n * array.spacing for p in points], axis=-1),
+            *along,
             np.stack([p.delay * wave.bandwidth for p in points], axis=-1),
             np.stack([p.doppler * wave.duration for p in points], axis=-1),
         ]
@@ -240,7 +256,7 @@ def _strongest(
     """Return the cell with the largest statistic, and whether it passes the threshold."""
     grid = search_grid(known.transmitter, known.receiver)
     wave = known.waveform
-    per_trial = grid.size * wave.elements * PADDING[0] * PADDING[1]
+    per_trial = len(grid) * wave.elements * PADDING[0] * PADDING[1]
     block = max(1, _CELLS // per_trial)
     parts = [
         _search(signal[i : i + block], _some(known, slice(i, i + block)), grid, processing)
@@ -260,7 +276,7 @@ def _search(
 ) -> tuple[Array, Array, Array, BoolArray]:
     """Return direction, delay and Doppler of each trial's largest cell, and if it passes."""
     wave, trials = known.waveform, len(signal)
-    shape = (trials, grid.size, wave.subcarriers, wave.symbols)
+    shape = (trials, len(grid), wave.subcarriers, wave.symbols)
     beamformed = np.conj(steering(known.receiver, grid)) @ signal
     mixture = np.conj(steering(known.transmitter, grid)) @ known.precoder
     lit = (mixture @ known.streams).reshape(shape)

@@ -10,64 +10,17 @@ couple in the mean. Steps are bounded by half of a cell of the search.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from echobeam.physics.array import LinearArray
 from echobeam.physics.waveform import Waveform
 from echobeam.sensing.directions import rates, steering
-from echobeam.values import Array, ComplexArray, IntArray
+from echobeam.sensing.planar_steps import planar_step
+from echobeam.sensing.target import Point, Receiver, at, compress, conjugate
+from echobeam.values import Array, ComplexArray
 
 ROUNDS = 8
 _BOUND = 0.5
-
-
-class Point(NamedTuple):
-    """Point target: direction u, delay s, Doppler Hz and complex amplitude, ``(T,)`` each.
-
-    ``statistic`` is the likelihood ratio, under noise alone exponential with mean 1 at one point.
-    """
-
-    u: Array
-    delay: Array
-    doppler: Array
-    amplitude: ComplexArray
-    statistic: Array
-
-    def of(self, trials: IntArray) -> Point:
-        """Return the points of some trials."""
-        return Point(
-            self.u[trials], self.delay[trials], self.doppler[trials], self.amplitude[trials],
-            self.statistic[trials],
-        )  # fmt: skip
-
-    def replaced(self, trials: IntArray, better: Point) -> Point:
-        """Return the points with those of some trials replaced."""
-        whole = Point(
-            self.u.copy(), self.delay.copy(), self.doppler.copy(), self.amplitude.copy(),
-            self.statistic.copy(),
-        )  # fmt: skip
-        whole.u[trials], whole.delay[trials] = better.u, better.delay
-        whole.doppler[trials], whole.amplitude[trials] = better.doppler, better.amplitude
-        whole.statistic[trials] = better.statistic
-        return whole
-
-
-class Receiver(NamedTuple):
-    """What a receiver knows of a slot: arrays, grid, what was sent, and its noise.
-
-    ``streams`` is ``(T, L, N M)``, ``precoder`` ``(T, N_t, L)``, ``gram`` ``(T, L, L)`` the inner
-    products of the streams, ``noise`` the variance in one resource element of one antenna.
-    """
-
-    transmitter: LinearArray
-    receiver: LinearArray
-    waveform: Waveform
-    streams: ComplexArray
-    precoder: ComplexArray
-    gram: ComplexArray
-    noise: float
 
 
 def refine(signal: ComplexArray, start: Point, known: Receiver, rounds: int = ROUNDS) -> Point:
@@ -92,43 +45,6 @@ def refine(signal: ComplexArray, start: Point, known: Receiver, rounds: int = RO
     return at(signal, u, delay, doppler, known)
 
 
-def at(signal: ComplexArray, u: Array, delay: Array, doppler: Array, known: Receiver) -> Point:
-    """Return the point target of given parameters with its most likely amplitude."""
-    lit = np.sum(np.abs(replica(u, known)) ** 2, axis=-1)
-    c = np.sum(compress(signal, u, known) * _conjugate(delay, doppler, known.waveform), axis=-1)
-    energy = np.where(lit > 0.0, lit, np.inf) * known.receiver.n
-    return Point(u, delay, doppler, c / energy, np.abs(c) ** 2 / (energy * known.noise))
-
-
-def replica(u: Array, known: Receiver) -> ComplexArray:
-    """Return r, what illuminates a target in a direction ``(T,)``: ``(T, N M)``."""
-    mixture = np.conj(steering(known.transmitter, u))[:, None, :] @ known.precoder
-    lit: ComplexArray = (mixture @ known.streams)[:, 0]
-    return lit
-
-
-def compress(signal: ComplexArray, u: Array, known: Receiver) -> ComplexArray:
-    """Return b(u)^H y r^*, ``(T, N M)``."""
-    beamformed = (np.conj(steering(known.receiver, u))[:, None, :] @ signal)[:, 0]
-    product: ComplexArray = beamformed * np.conj(replica(u, known))
-    return product
-
-
-def rebuilt(point: Point, known: Receiver) -> ComplexArray:
-    """Return the signal of a point target, ``(T, N_r, N M)``."""
-    phases = np.conj(_conjugate(point.delay, point.doppler, known.waveform))
-    lit = point.amplitude[:, None] * replica(point.u, known) * phases
-    signal: ComplexArray = steering(known.receiver, point.u)[:, :, None] * lit[:, None, :]
-    return signal
-
-
-def _conjugate(delay: Array, doppler: Array, waveform: Waveform) -> ComplexArray:
-    """Return phi^*, ``(T, N M)``."""
-    phases = waveform.phases(delay, doppler)
-    flat: ComplexArray = np.conj(phases).reshape(*phases.shape[:-2], -1)
-    return flat
-
-
 def _delay_doppler_step(
     compressed: ComplexArray, delay: Array, doppler: Array, waveform: Waveform
 ) -> tuple[Array, Array]:
@@ -138,7 +54,7 @@ def _delay_doppler_step(
     |c|^2 itself is neither.
     """
     f, t = waveform.places()
-    turned = compressed * _conjugate(delay, doppler, waveform)
+    turned = compressed * conjugate(delay, doppler, waveform)
     grid = turned.reshape(*turned.shape[:-1], f.size, t.size)
     wf, wt = 2j * np.pi * f, -2j * np.pi * t
     over_t = grid.sum(axis=-1)
@@ -175,10 +91,22 @@ def _direction_step(
     signal: ComplexArray, u: Array, delay: Array, doppler: Array, known: Receiver
 ) -> Array:
     """Return the direction after one step of scoring on |c|^2 / |r|^2."""
-    turned = signal * _conjugate(delay, doppler, known.waveform)[:, None, :]
+    if isinstance(known.receiver, LinearArray):
+        return _linear_step(signal, u, delay, doppler, known)
+    return planar_step(signal, u, delay, doppler, known)
+
+
+def _linear_step(
+    signal: ComplexArray, u: Array, delay: Array, doppler: Array, known: Receiver
+) -> Array:
+    """Return the direction of a linear array after one step."""
+    turned = signal * conjugate(delay, doppler, known.waveform)[:, None, :]
     correlated = turned @ np.conj(np.swapaxes(known.streams, -1, -2))  # (T, N_r, L)
-    a, b = steering(known.transmitter, u), steering(known.receiver, u)
-    da, db = 1j * rates(known.transmitter) * a, 1j * rates(known.receiver) * b
+    transmitter, receiver = known.transmitter, known.receiver
+    assert isinstance(transmitter, LinearArray)
+    assert isinstance(receiver, LinearArray)
+    a, b = steering(transmitter, u), steering(receiver, u)
+    da, db = 1j * rates(transmitter) * a, 1j * rates(receiver) * b
     adjoint = np.conj(np.swapaxes(known.precoder, -1, -2))
     f, df = (adjoint @ one[..., None] for one in (a, da))  # (T, L, 1)
     row, drow = (np.conj(one)[:, None, :] @ correlated for one in (b, db))
@@ -191,11 +119,11 @@ def _direction_step(
     positive = np.where(lit > 0.0, lit, 1.0)
     power = np.abs(c) ** 2
     slope = 2.0 * np.real(np.conj(c) * dc) / positive - power * dlit / positive**2
-    aperture = float(np.var(rates(known.receiver)))
+    aperture = float(np.var(rates(receiver)))
     transmit = np.maximum(spread / positive - np.abs(shared) ** 2 / positive**2, 0.0)
     curvature = 2.0 * power / positive * (aperture + transmit)
     step = np.where(curvature > 0.0, slope / np.where(curvature > 0.0, curvature, 1.0), 0.0)
-    most = _BOUND / (2.0 * max(known.receiver.n, known.transmitter.n))
-    low, high = known.receiver.visible
+    most = _BOUND / (2.0 * max(receiver.n, transmitter.n))
+    low, high = receiver.visible
     moved: Array = np.clip(u + np.clip(step, -most, most), low, high)
     return moved

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from echobeam.sensing.directions import within
 from echobeam.sensing.information import derivatives
-from echobeam.sensing.refine import Point, Receiver, rebuilt, replica
+from echobeam.sensing.target import Point, Receiver, rebuilt, replica
 from echobeam.values import Array, BoolArray, ComplexArray
 
 _STEPS = 25
@@ -42,7 +43,11 @@ def refine_together(
         here = derivatives(_points(best, points, known), valid, known)
         step = _step(here.information(known.noise), here.gradient(residual, known.noise), damping)
         tried = best + step.reshape(best.shape)
-        tried[..., 0] = np.clip(tried[..., 0], *known.receiver.visible)
+        axes = known.receiver.axes
+        if axes == 1:
+            tried[..., 0] = within(known.receiver, tried[..., 0])
+        else:
+            tried[..., :axes] = within(known.receiver, tried[..., :axes])
         rest = signal - _sum(_points(tried, points, known), valid, known)
         energy = _energy(rest)
         better = energy < misfit
@@ -54,21 +59,29 @@ def refine_together(
 
 
 def _values(points: Sequence[Point]) -> Array:
-    """Return the unknowns, ``(T, D, 5)``."""
+    """Return the unknowns, ``(T, D, 4 + A)``."""
     return np.stack(
         [
-            np.stack([p.u, p.delay, p.doppler, p.amplitude.real, p.amplitude.imag], axis=-1)
+            np.stack(
+                [*_directions(p), p.delay, p.doppler, p.amplitude.real, p.amplitude.imag], axis=-1
+            )
             for p in points
         ],
         axis=1,
     )
 
 
+def _directions(point: Point) -> list[Array]:
+    """Return the components of the direction, ``(T,)`` each."""
+    return [point.u] if point.u.ndim == 1 else list(point.u.T)
+
+
 def _points(values: Array, before: Sequence[Point], known: Receiver) -> list[Point]:
     """Return estimates of given unknowns, with their likelihood ratios as single echoes."""
     found = []
     for place in range(len(before)):
-        u, delay, doppler, real, imaginary = np.moveaxis(values[:, place], -1, 0)
+        *direction, delay, doppler, real, imaginary = np.moveaxis(values[:, place], -1, 0)
+        u = direction[0] if known.receiver.axes == 1 else np.stack(direction, axis=-1)
         amplitude = real + 1j * imaginary
         lit = np.sum(np.abs(replica(u, known)) ** 2, axis=-1)
         statistic = np.abs(amplitude) ** 2 * lit * known.receiver.n / known.noise
@@ -91,7 +104,7 @@ def _energy(residual: ComplexArray) -> Array:
 
 
 def _step(information: Array, gradient: Array, damping: Array) -> Array:
-    """Return the damped step, ``(T, 5 D)``; zero in unknowns without information."""
+    """Return the damped step, ``(T, (4 + A) D)``; zero in unknowns without information."""
     diagonal = np.diagonal(information, axis1=-2, axis2=-1)
     scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
     unit = information * scale[..., :, None] * scale[..., None, :]

@@ -72,7 +72,7 @@ class Block:
     first
         Number of the block's first trial.
     arrays
-        `FIXED`, `SHARED` and `PER_SCHEME`, and the times of decisions (`SECONDS`) as
+        `FIXED`, `SHARED` and those of `per_scheme`, and the times of decisions (`SECONDS`) as
         ``(scheme, slot)``.
     """
 
@@ -80,16 +80,24 @@ class Block:
     arrays: dict[str, npt.NDArray[np.generic]]
 
 
+def per_scheme(scenario: Scenario) -> tuple[str, ...]:
+    """Return the arrays ``(scheme, trial, slot, ...)`` of a scenario's run."""
+    of_all: tuple[str, ...] = PER_SCHEME
+    if scenario.geometry == "ground":
+        of_all = tuple("cover" if name == "covered" else name for name in of_all)
+    return (*of_all, *UNLABELLED) if scenario.unlabelled else of_all
+
+
 def trial_axis(name: str) -> int | None:
     """Return which axis of a block's array counts trials; None if none does."""
     if name in SHARED:
         return 0
-    return 1 if name in (*PER_SCHEME, *UNLABELLED) else None
+    return 1 if name in (*PER_SCHEME, "cover", *UNLABELLED) else None
 
 
 def cut(scenario: Scenario, trials: int) -> list[range]:
     """Return the blocks of a run as ranges of trials, of nearly equal length."""
-    per_trial = scenario.n_slots * max(scenario.n_objects, 1) * (16 * scenario.array.n_tx + 400)
+    per_trial = scenario.n_slots * max(scenario.n_objects, 1) * (16 * scenario.array.weights + 400)
     if scenario.unlabelled:
         per_trial += scenario.n_slots * scenario.tracks.capacity * 48
     most = max(1, min(MOST_TRIALS, MOST_BYTES // per_trial))
@@ -114,7 +122,7 @@ def run_block(
     """
     world = begin(scene, seed, trials)
     unlabelled = scene.scenario.unlabelled
-    names = (*PER_SCHEME, *UNLABELLED) if unlabelled else PER_SCHEME
+    names = per_scheme(scene.scenario)
     with one_thread():  # the arrays are small, and processes share the cores
         runs = [_run_scheme(world, scheme, names, advance) for scheme in schemes]
     if unlabelled:

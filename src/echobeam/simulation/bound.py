@@ -25,11 +25,12 @@ import numpy.typing as npt
 from echobeam.estimation.bound import information_bound, measured_information, motion_square
 from echobeam.physics.geometry import along_road_variance
 from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import geometry_of
+from echobeam.schemes.models import exact_motion, measurement_model, velocity_prior_of
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import begin
-from echobeam.tracking.evolution import evolution_jacobian
-from echobeam.tracking.measurement import measurement_jacobian
-from echobeam.values import Array
+from echobeam.tracking.plane import PlaneMotion
+from echobeam.values import Array, UavState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 CHUNK = 256
 
 BOUND_NEEDS = ("truth", "true_var", "predicted_cov", "estimated", "uav_velocity")
-"""Variables of a result that the bound is made of."""
+"""Variables of a result that the bound is made of; on the ground also ``uav_position``."""
 
 TERMS = ("information", "motion", "motion_square", "predictions", "estimates")
 """What the bound is made of, each with a leading axis of schemes."""
@@ -59,7 +60,7 @@ def with_bound(result: xr.Dataset, scenario: Scenario) -> xr.Dataset:
     total: dict[str, Array] = {}
     for first in range(0, result.sizes["trial"], CHUNK):
         part = result.isel(trial=slice(first, first + CHUNK))
-        arrays = {name: _laid_out(part[name]) for name in BOUND_NEEDS}
+        arrays = {name: _laid_out(part[name]) for name in (*BOUND_NEEDS, "uav_position")}
         terms = bound_terms(arrays, scenario)
         total = {name: terms[name] + total.get(name, 0.0) for name in terms}
     bounds = np.stack(
@@ -68,8 +69,19 @@ def with_bound(result: xr.Dataset, scenario: Scenario) -> xr.Dataset:
             for index in range(result.sizes["scheme"])
         ]
     )
-    attributes = {"units": "rad, m, m/s", "long_name": "posterior Cramer-Rao bound (std)"}
+    units = ", ".join(geometry_of(scenario).space.units)
+    attributes = {"units": units, "long_name": "posterior Cramer-Rao bound (std)"}
     return result.assign(bound=(("scheme", "slot", "object", "state"), bounds, attributes))
+
+
+def flown(arrays: Arrays) -> UavState:
+    """Return the UAV in every slot, for arrays ``(..., slot, object)``: ``(slot, 1, 3)`` each.
+
+    A road's states are relative to it, so that its position is not needed there.
+    """
+    velocity = np.asarray(arrays["uav_velocity"], dtype=np.float64)
+    position = np.asarray(arrays.get("uav_position", np.zeros_like(velocity)), dtype=np.float64)
+    return UavState(position[:, None], velocity[:, None])
 
 
 def bound_terms(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
@@ -96,11 +108,11 @@ def bound_terms(arrays: Arrays, scenario: Scenario) -> dict[str, Array]:
     truth = np.asarray(arrays["truth"], dtype=np.float64)
     variance = np.asarray(arrays["true_var"], dtype=np.float64)
     trials, schemes = len(truth), len(variance)
-    velocity = np.asarray(arrays["uav_velocity"], dtype=np.float64)
-    speed = np.hypot(velocity[:, 0], velocity[:, 2])[:, None]
-    heading = np.arctan2(velocity[:, 2], velocity[:, 0])[:, None]
-    G = evolution_jacobian(truth[:, :-1], speed[:-1], heading[:-1], scenario.frame.slot, "exact")
-    H = measurement_jacobian(truth, speed, heading, scenario.radio.carrier)
+    uav, geometry = flown(arrays), geometry_of(scenario)
+    G = exact_motion(geometry, scenario.frame.slot).jacobian(
+        truth[:, :-1], UavState(uav.position[:-1], uav.velocity[:-1])
+    )
+    H = measurement_model(geometry, scenario.radio.carrier).jacobian(truth, uav)
     doubt = np.diagonal(np.asarray(arrays["predicted_cov"], dtype=np.float64), axis1=-2, axis2=-1)
     doubtful = (doubt > 0).all(axis=-1).sum(axis=(1, 2, 3))
     alike = {
@@ -136,16 +148,18 @@ def bound_of(terms: Mapping[str, Array], scenario: Scenario) -> Array:
     information = terms["information"]
     predictions, trials = terms["predictions"]
     if predictions == 0:
-        return np.full((*information.shape[:2], 3), np.nan)
+        return np.full(information.shape[:3], np.nan)
     F, Q = terms["motion"] / trials, _process(scenario, len(information))
     # E[(G - F)^T Q^-1 (G - F)] from sums that can be added up; zero without process noise.
     scatter = terms["motion_square"] / trials - motion_square(F[None], Q)
     # An object that is not there yet waits, and what is known of its velocity stays known.
     absent = ~np.isfinite(F).all(axis=(-2, -1), keepdims=True)
-    F, scatter = np.where(absent, np.eye(3), F), np.where(absent, 0.0, scatter)
-    prior = np.zeros((information.shape[1], 3, 3))
-    if scenario.filter.velocity_prior > 0:
-        prior[:, 2, 2] = scenario.filter.velocity_prior**-2
+    F, scatter = np.where(absent, np.eye(F.shape[-1]), F), np.where(absent, 0.0, scatter)
+    prior = np.zeros(information.shape[1:])
+    velocities = [2] if scenario.geometry == "road" else [2, 3]
+    velocity_prior = velocity_prior_of(scenario.geometry, scenario.filter)
+    if velocity_prior > 0:
+        prior[:, velocities, velocities] = velocity_prior**-2
     covariance = information_bound(information / trials, F, scatter, Q, prior)
     squares = np.diagonal(covariance, axis1=-2, axis2=-1)
     measured = np.diagonal(information, axis1=-2, axis2=-1).sum(axis=-1, keepdims=True) > 0
@@ -156,14 +170,18 @@ def bound_of(terms: Mapping[str, Array], scenario: Scenario) -> Array:
 
 
 def _process(scenario: Scenario, n_slots: int) -> Array:
-    """Return the covariance of nature's process noise, ``(n - 1, K, 3, 3)``; zero if it adds none.
+    """Return the covariance of nature's process noise, ``(n - 1, K, S, S)``; zero if it adds none.
 
     Nature moves the object along the road; in angle and distance this noise has one direction,
     (-sin(theta) / d, cos(theta)). It is taken along the motion without noise, which is the same
     for all trials.
     """
+    size = geometry_of(scenario).space.size
     if not scenario.truth.process_noise:
-        return np.zeros((3, 3))
+        return np.zeros((size, size))
+    if scenario.geometry == "ground":
+        one = PlaneMotion(scenario.frame.slot, scenario.truth_stds[2]).noise()
+        return np.broadcast_to(one, (n_slots - 1, scenario.n_objects, size, size))
     angle_std, distance_std, velocity_std = scenario.truth_stds
     covariances = np.zeros((n_slots - 1, scenario.n_objects, 3, 3))
     world = begin(scene_of(scenario.calm), 0, range(1))

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from os import environ
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.polar import POLAR, POLAR_MEASUREMENT
 from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import geometry_of
 from echobeam.simulation.blocks import Block, trial_axis
 from echobeam.simulation.environment import environment
 from echobeam.simulation.scene import Scene
@@ -130,17 +130,59 @@ TRACK_VARIABLES: dict[str, Variable] = {
 """Variables that only the results of unlabelled runs have."""
 
 
+STATES = "m, m, m/s, m/s"
+"""Units of a state (x, y, v_x, v_y)."""
+
+_ON_GROUND: dict[str, dict[str, Any]] = {
+    "truth": {"units": STATES, "long_name": "true position and velocity on the ground"},
+    "predicted": {"units": STATES},
+    "predicted_cov": {"units": "products of m, m, m/s, m/s"},
+    "estimated": {"units": STATES},
+    "estimated_cov": {"units": "products of m, m, m/s, m/s"},
+    "measured": {
+        "units": "1, 1, s, Hz",
+        "long_name": "measured direction cosines, delay and Doppler",
+    },
+    "measured_var": {"units": "1, 1, s^2, Hz^2"},
+    "true_var": {"units": "1, 1, s^2, Hz^2"},
+    "track_state": {"units": STATES},
+}
+COVER = Variable(
+    (*_PER_OBJECT, "cosine", "cosine_b"),
+    "1",
+    "matrix C of the ellipse x^T C^-1 x <= 1 of direction cosines that the beam was designed to "
+    "cover; NaN without a design",
+)
+"""Variable that takes the place of ``covered`` in the ground's geometry."""
+
+
 def variables_of(names: Container[object]) -> dict[str, Variable]:
     """Return the variables of a result, or of a block, that has arrays of these names."""
-    return VARIABLES | {key: one for key, one in TRACK_VARIABLES.items() if key in names}
+    variables = VARIABLES | {key: one for key, one in TRACK_VARIABLES.items() if key in names}
+    if "cover" not in names:
+        return variables
+    in_order = {("cover" if key == "covered" else key): one for key, one in variables.items()}
+    changed = {
+        key: replace(in_order[key], **_ON_GROUND[key]) for key in _ON_GROUND if key in in_order
+    }
+    return in_order | changed | {"cover": COVER}
+
+
+def sizes_of(scenario: Scenario) -> dict[str, int]:
+    """Return the sizes of the dimensions that a scenario determines."""
+    geometry = geometry_of(scenario)
+    size, measured = geometry.space.size, len(geometry.measurement)
+    sizes = {"state": size, "state_b": size, "measurement": measured, "axis": 3, "part": 2}
+    cosines = {"cosine": geometry.axes, "cosine_b": geometry.axes} if geometry.axes > 1 else {}
+    return sizes | cosines
 
 
 def coordinates(
     scenario: Scenario, names: Sequence[str], phase: AnyArray
 ) -> dict[str, tuple[tuple[str, ...], AnyArray, dict[str, str]]]:
     """Return the coordinates of a result: name to dimensions, values and attributes."""
-    slots = np.arange(scenario.n_slots)
-    return {
+    slots, geometry = np.arange(scenario.n_slots), geometry_of(scenario)
+    made = {
         "scheme": (("scheme",), np.array(names, dtype=str), {"units": "1", "long_name": "scheme"}),
         "slot": (("slot",), slots + 1, {"units": "1", "long_name": "slot, counted from 1"}),
         "time": (
@@ -150,17 +192,17 @@ def coordinates(
         ),
         "state": (
             ("state",),
-            np.array(POLAR.names),
+            np.array(geometry.space.names),
             {"units": "1", "long_name": "component of the state"},
         ),
         "state_b": (
             ("state_b",),
-            np.array(POLAR.names),
+            np.array(geometry.space.names),
             {"units": "1", "long_name": "component of the state"},
         ),
         "measurement": (
             ("measurement",),
-            np.array(POLAR_MEASUREMENT),
+            np.array(geometry.measurement),
             {"units": "1", "long_name": "component of the measurement"},
         ),
         "axis": (
@@ -175,6 +217,10 @@ def coordinates(
         ),
         "phase": (("scheme", "slot"), phase, {"units": "1", "long_name": "what the slot is for"}),
     }
+    for name in ("cosine", "cosine_b") if geometry.axes > 1 else ():
+        words = {"units": "1", "long_name": "direction cosine"}
+        made[name] = ((name,), np.array(geometry.measurement[: geometry.axes]), words)
+    return made
 
 
 def phases(lowest: AnyArray, highest: AnyArray) -> AnyArray:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import configure_all
@@ -67,6 +68,10 @@ def describe(scenario: Scenario | str | Path) -> Description:
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
+    if scenario.geometry == "ground":
+        raise ScenarioError(
+            f'{scenario.name}: no description with geometry = "ground" yet; expected "road"'
+        )
     configure_all(scenario, None)
     start = begin(scene_of(scenario.calm), 0, range(1))
     with np.errstate(all="ignore"):  # extreme settings give zero, inf or NaN

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.physics.coordinates import cover_shape
 from echobeam.physics.transmission import radiated_power
 from echobeam.schemes.answers import check_array, check_mode
 from echobeam.schemes.base import Decision, SchemeError, View
-from echobeam.values import NOBODY, Mode, Tracks, Transmission
+from echobeam.values import NOBODY, Array, Mode, Tracks, Transmission
 
 POWER_TOLERANCE = 1e-6
 """Excess of the radiated power over P_T that passes, relative: rounding of a solver."""
@@ -35,7 +36,7 @@ def examine_decision(name: str, decision: Decision, tracks: Tracks, view: View) 
     _check_addressees(name, decision, tracks, view)
     _check_carriers(name, decision, view)
     sent = decision.sent
-    if (decision.covered < 0.0).any() or np.isinf(decision.covered).any():
+    if (_widths(decision.covered) < 0.0).any() or np.isinf(decision.covered).any():
         raise SchemeError(
             f"scheme {name!r} covers a negative or infinite half-width in slot {view.slot}; "
             "expected rad, or NaN without a design"
@@ -53,9 +54,14 @@ def examine_decision(name: str, decision: Decision, tracks: Tracks, view: View) 
         )
 
 
+def _widths(covered: Array) -> Array:
+    """Return the half-widths ``(T, C)``, or the diagonals of the covers' matrices."""
+    return covered if covered.ndim == 2 else np.diagonal(covered, axis1=-2, axis2=-1)
+
+
 def _check_shapes(name: str, decision: Decision, view: View) -> None:
-    trials, n_tx = view.n_trials, view.system.array.n_tx
-    sent = decision.sent
+    trials, n_tx = view.n_trials, view.system.transmitter.n
+    sent, cover = decision.sent, cover_shape(view.system.geometry.axes)
     streams = np.shape(sent.beams)[1:2] or (view.n_objects,)
     per_stream = (trials, *streams)
     expected: dict[str, tuple[object, tuple[int, ...], str]] = {
@@ -64,7 +70,7 @@ def _check_shapes(name: str, decision: Decision, view: View) -> None:
         "probing": (sent.probing, (trials, n_tx), "real numbers"),
         "addressee": (decision.addressee, per_stream, "whole numbers"),
         "sensed": (decision.sensed, per_stream, "true or false"),
-        "covered": (decision.covered, per_stream, "real numbers"),
+        "covered": (decision.covered, (*per_stream, *cover), "real numbers"),
         "fallback": (decision.fallback, (trials,), "true or false"),
     }
     if decision.carrier is not None:

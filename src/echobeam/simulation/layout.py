@@ -7,20 +7,32 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from echobeam.physics.polar import POLAR, POLAR_MEASUREMENT
+from echobeam.physics.coordinates import Geometry
+from echobeam.physics.plane import GROUND_GEOMETRY
+from echobeam.physics.road import ROAD_GEOMETRY
 from echobeam.simulation.dataset import AXIS_NAMES, PART_NAMES
 
 if TYPE_CHECKING:
     import xarray as xr
 
-LABELS: dict[str, tuple[str, ...]] = {
-    "state": POLAR.names,
-    "state_b": POLAR.names,
-    "measurement": POLAR_MEASUREMENT,
-    "axis": AXIS_NAMES,
-    "part": PART_NAMES,
-}
-"""Labels along the dimensions whose components are read by place."""
+
+def labels_in(result: xr.Dataset) -> dict[str, tuple[str, ...]]:
+    """Return the labels along the dimensions of a result whose components are read by place."""
+    geometry: Geometry = GROUND_GEOMETRY if "cover" in result else ROAD_GEOMETRY
+    labels = {
+        "state": geometry.space.names,
+        "state_b": geometry.space.names,
+        "measurement": geometry.measurement,
+        "axis": AXIS_NAMES,
+        "part": PART_NAMES,
+    }
+    cosines = geometry.measurement[: geometry.axes]
+    return labels | {"cosine": cosines, "cosine_b": cosines} if geometry.axes > 1 else labels
+
+
+def sizes_in(result: xr.Dataset) -> dict[str, int]:
+    """Return the sizes of these dimensions."""
+    return {dim: len(labels) for dim, labels in labels_in(result).items()}
 
 
 def disorder(result: xr.Dataset) -> str:
@@ -74,7 +86,7 @@ def _disorder_of_slots(result: xr.Dataset) -> str:
 
 
 def _disorder_of_parts(result: xr.Dataset) -> str:
-    for dim, expected in LABELS.items():
+    for dim, expected in labels_in(result).items():
         if dim not in result.dims or dim not in result.coords:
             continue
         found = [str(label) for label in result[dim].values]
@@ -86,8 +98,12 @@ def _disorder_of_parts(result: xr.Dataset) -> str:
 def _disorder_of_antennas(result: xr.Dataset) -> str:
     """Say that the beams are not those of the scenario's array."""
     try:
-        expected = tomllib.loads(str(result.attrs.get("scenario")))["array"]["n_tx"]
-    except (KeyError, TypeError, tomllib.TOMLDecodeError):
+        array = tomllib.loads(str(result.attrs.get("scenario")))["array"]
+        if array.get("kind", "linear") == "planar":
+            expected = array["rows"] * array["columns"] * array.get("polarisations", 1)
+        else:
+            expected = array["n_tx"]
+    except (AttributeError, KeyError, TypeError, tomllib.TOMLDecodeError):
         return ""
     found = result.sizes.get("antenna", expected)
     return "" if found == expected else f"{found} along the dimension antenna; expected {expected}"

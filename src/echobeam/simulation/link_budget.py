@@ -20,9 +20,10 @@ from echobeam.physics.array import LinearArray
 from echobeam.physics.detection import DetectionLaw
 from echobeam.physics.link import channel_loss, rate, sinr
 from echobeam.physics.measurement import measure
+from echobeam.physics.planar import linear
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.configure import detection_of
+from echobeam.schemes.configure import arrays_of, detection_of
 from echobeam.simulation.world import World
 from echobeam.units import BOLTZMANN, SPEED_OF_LIGHT
 from echobeam.values import Array, Transmission
@@ -193,7 +194,7 @@ def power_scale(scenario: Scenario) -> PowerScale:
 def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
     """Return the budgets of the objects present in a slot of one trial."""
     scenario, law = world.scene.scenario, world.scene.law
-    radio, array = scenario.radio, law.transmitter
+    radio, array = scenario.radio, linear(law.transmitter)
     here, seen = np.flatnonzero(world.present), detection_of(scenario)
     state, place = world.state[0, here], world.place[0, here]
     sections = np.ones(len(here)) if law.target is None else law.target.relative(place)
@@ -236,11 +237,7 @@ def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
 
 def far_field(scenario: Scenario) -> float:
     """Return the larger of the far-field distances of the two arrays, m."""
-    array = scenario.array
-    return max(
-        LinearArray(n, array.spacing, array.axis).far_field(scenario.radio.wavelength)
-        for n in (array.n_tx, array.receivers)
-    )
+    return max(array.far_field(scenario.radio.wavelength) for array in arrays_of(scenario))
 
 
 def _matched(angle: float, power: float, array: LinearArray) -> Transmission:

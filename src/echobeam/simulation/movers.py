@@ -159,7 +159,7 @@ class Traced:
 
 
 def mover_of(scenario: Scenario, flight: Flight) -> Mover:
-    """Return the mover of a scenario; this is where a trace is read.
+    """Return the mover of a scenario along a road; this is where a trace is read.
 
     Raises
     ------
@@ -168,21 +168,22 @@ def mover_of(scenario: Scenario, flight: Flight) -> Mover:
     """
     if scenario.trace is not None:
         return Traced(_read_trace(scenario, flight))
-    angle = np.array([item.angle for item in scenario.objects], dtype=float)
+    starts = np.array([item.along_road for item in scenario.objects], dtype=float).reshape(-1, 3)
+    angle, velocity, acceleration = np.ascontiguousarray(starts.T)
     slot = scenario.frame.slot
     ends = [np.inf if item.leaves is None else item.leaves for item in scenario.objects]
     return Kinematic(
         x=initial_distance(angle, scenario.uav.height) * exact_cosine(angle),
-        velocity=np.array([item.velocity for item in scenario.objects], dtype=float),
-        acceleration=np.array([item.acceleration for item in scenario.objects], dtype=float),
+        velocity=velocity,
+        acceleration=acceleration,
         slot_duration=scenario.frame.slot,
         noise=scenario.truth_stds if scenario.truth.process_noise else None,
-        first=_slot_at([item.appears for item in scenario.objects], slot),
-        last=_slot_at(ends, slot) - 1,
+        first=slot_at([item.appears for item in scenario.objects], slot),
+        last=slot_at(ends, slot) - 1,
     )
 
 
-def _slot_at(times: list[float], slot: float) -> IntArray:
+def slot_at(times: list[float], slot: float) -> IntArray:
     """Return the first slots ``(K,)`` that begin at some times or later, counted from 0."""
     number = np.ceil(np.array(times, dtype=float) / slot - 1e-6)
     return np.minimum(number, LAST_SLOT).astype(np.int64)

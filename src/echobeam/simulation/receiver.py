@@ -6,9 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from echobeam.physics.measurement import measured_place
-from echobeam.physics.variance_law import VarianceLaw
+from echobeam.physics.coordinates import Geometry
+from echobeam.physics.planar import linear
 from echobeam.sensing.directions import mirrored
+from echobeam.simulation.scene import Scene
 from echobeam.simulation.sensor import Echoes
 from echobeam.values import (
     NOBODY,
@@ -18,6 +19,7 @@ from echobeam.values import (
     IntArray,
     Tracks,
     Transmission,
+    UavState,
     freeze,
 )
 
@@ -29,7 +31,8 @@ def receive(
     identity: IntArray,
     prior: Tracks,
     sent: Transmission,
-    law: VarianceLaw,
+    scene: Scene,
+    uav: UavState,
     knowledge: Knowledge,
 ) -> Detections:
     """Return labelled detections, in the order of the objects.
@@ -44,24 +47,27 @@ def receive(
         The scheme's prediction of this slot.
     sent
         The scheme's transmission.
-    law
-        Law of the variance, which the UAV knows.
+    scene
+        Its law of the variance and its geometry, which the UAV knows.
+    uav
+        The UAV in the slot.
     knowledge
         ``"predicted"``: the variance given is the law at the scheme's own prediction, at the
         measured angle and distance where it has none; ``"known"``: it is that at the true state.
     """
+    law = scene.law
     label = np.broadcast_to(identity, echoes.snr.shape)
     measured = np.isfinite(echoes.variance)
     value = echoes.value
     if echoes.reported is not None:
         variance = np.where(measured, echoes.reported, np.inf)
         mean = by_identity(prior, label, prior.mean)
-        angle = mirrored(law.receiver, value[..., 0], mean[..., 0])
+        angle = mirrored(linear(law.receiver), value[..., 0], mean[..., 0])
         value = np.concatenate([angle[..., None], value[..., 1:]], axis=-1)
     elif knowledge == "known" or not measured.any():
         variance = echoes.variance
     else:
-        here = expected_state(echoes.value, prior, label)
+        here = expected_place(echoes.value, prior, label, scene.geometry, uav)
         snr = law.snr(sent, here) * echoes.strength
         variance = np.where(measured, law.variance(sent, here, snr), np.inf)
     valid = np.asarray(measured.any(axis=-1))
@@ -69,11 +75,14 @@ def receive(
     return Detections(value, variance, valid, label)
 
 
-def expected_state(value: Array, prior: Tracks, label: IntArray) -> Array:
-    """Return where each object is thought to be, ``(T, K, S)``: predicted, else just measured."""
+def expected_place(
+    value: Array, prior: Tracks, label: IntArray, geometry: Geometry, uav: UavState
+) -> Array:
+    """Return the place of each object, ``(T, K, A + 1)`` or more: predicted, else just measured."""
     mean, known = by_identity(prior, label, prior.mean), by_identity(prior, label, prior.known)
     predicted: BoolArray = np.asarray(known == 1)
-    return np.where(predicted[..., None], mean, measured_place(value))
+    measured = geometry.measured_place(value)
+    return np.where(predicted[..., None], geometry.place(mean, uav), measured)
 
 
 def by_identity(tracks: Tracks, label: IntArray, values: Array | BoolArray) -> Array:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from echobeam.physics.geometry import polar_state
+from echobeam.physics.coordinates import Geometry
+from echobeam.physics.flight import FlightPath, StraightFlight, Waypoints
 from echobeam.physics.motion import Flight
 from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.configure import variance_law
+from echobeam.schemes.configure import geometry_of, variance_law
 from echobeam.simulation.grid import check_unambiguous
+from echobeam.simulation.ground_movers import ground_mover
 from echobeam.simulation.movers import Mover, mover_of
 
 
@@ -27,12 +29,15 @@ class Scene:
         Motion of the objects.
     law
         Law of the measurement variance.
+    geometry
+        Coordinates of states and measurements.
     """
 
     scenario: Scenario
-    flight: Flight
+    flight: FlightPath
     mover: Mover
     law: VarianceLaw
+    geometry: Geometry
 
 
 def scene_of(scenario: Scenario) -> Scene:
@@ -45,15 +50,28 @@ def scene_of(scenario: Scenario) -> Scene:
     ScenarioError
         If the waveform folds the delay or the Doppler shift of an object present in the first slot.
     """
-    flight = flight_of(scenario)
-    mover = mover_of(scenario, flight)
+    geometry = geometry_of(scenario)
+    if scenario.geometry == "ground":
+        flight = ground_flight(scenario)
+        return Scene(scenario, flight, ground_mover(scenario), variance_law(scenario), geometry)
+    along_road = flight_of(scenario)
+    mover = mover_of(scenario, along_road)
     if scenario.radar.model == "signal":
-        ground, uav = mover.begin(), flight.at(0)
-        check_unambiguous(scenario, polar_state(ground.position, ground.velocity, uav), uav)
-    return Scene(scenario, flight, mover, variance_law(scenario))
+        ground, uav = mover.begin(), along_road.at(0)
+        check_unambiguous(scenario, geometry.state(ground.position, ground.velocity, uav), uav)
+    return Scene(scenario, along_road, mover, variance_law(scenario), geometry)
+
+
+def ground_flight(scenario: Scenario) -> FlightPath:
+    """Return the flight of a scenario's UAV over the ground."""
+    uav = scenario.uav
+    if uav.waypoints is not None:
+        return Waypoints(uav.waypoints, scenario.frame.slot)
+    assert uav.position is not None
+    return StraightFlight(uav.position, uav.velocity or (0.0, 0.0, 0.0), scenario.frame.slot)
 
 
 def flight_of(scenario: Scenario) -> Flight:
-    """Return the flight of a scenario's UAV."""
+    """Return the flight of a scenario's UAV above a road."""
     uav = scenario.uav
     return Flight(uav.height, uav.speed, uav.heading, scenario.frame.slot, uav.floor)

@@ -54,10 +54,11 @@ def sense(world: World, decision: Decision) -> Echoes:
     sent, law, scenario = decision.sent, world.scene.law, world.scene.scenario
     amplitude = fluctuation(world)
     strength = np.abs(amplitude) ** 2
-    snr = law.snr(sent, world.place) * strength
+    place = world.place
+    snr = law.snr(sent, place) * strength
     asked = world.addressed(decision.addressee) & decision.sensed[:, None, :]
     processed = np.asarray(asked.any(axis=-1))
-    variance = law.variance(sent, world.place, snr)
+    variance = law.variance(sent, place, snr)
     variance = np.where(processed[..., None], variance, np.inf)
     if scenario.radar.model == "signal":
         value, reported = measure_signal(world, sent, amplitude, processed)

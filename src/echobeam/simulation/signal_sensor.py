@@ -17,6 +17,7 @@ from echobeam.physics.array import LinearArray
 from echobeam.physics.echo import reflection_coefficient
 from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
 from echobeam.physics.measurement import measure
+from echobeam.physics.planar import linear
 from echobeam.physics.waveform import factor, orthogonalised, symbols_of
 from echobeam.scenario.tables import RadarTable
 from echobeam.sensing.chain import Echo, Processing, find_echoes, receiver_of
@@ -152,7 +153,7 @@ def _of_some(
     """Return the echoes found in some trials, and the objects' ideal measurements."""
     radar, radio = world.scene.scenario.radar, world.scene.scenario.radio
     law, wave = world.scene.law, waveform_of(radar)
-    arrays, trials = (law.transmitter, law.receiver), world.trials[some]
+    arrays, trials = (linear(law.transmitter), linear(law.receiver)), world.trials[some]
     precoder, orthogonal = factor(sent)
     shape = (precoder.shape[-1], wave.subcarriers, wave.symbols, 2)
     draws = (world.seed, trials, world.slot)
@@ -205,13 +206,14 @@ def _surroundings(world: World, trials: range) -> list[Scatterers]:
 def _labelled(world: World, found: Echo, truth: Array, processed: BoolArray) -> tuple[Array, Array]:
     """Return each object's echo and its stated variance: nearest pairs first, within a cell."""
     law, wave = world.scene.law, waveform_of(world.scene.scenario.radar)
-    u = law.receiver.frequency(truth[..., 0])
+    receiver = linear(law.receiver)
+    u = receiver.frequency(truth[..., 0])
     off = np.stack(
         [
             (found.delay[:, None] - truth[..., None, 1]) * wave.bandwidth,
             (found.doppler[:, None] - truth[..., None, 2]) * wave.duration,
-            (law.receiver.frequency(found.angle)[:, None] - u[..., None])
-            * law.receiver.n * law.receiver.spacing,
+            (receiver.frequency(found.angle)[:, None] - u[..., None])
+            * receiver.n * receiver.spacing,
         ]
     )  # fmt: skip
     inside = (np.abs(off) <= GATE).all(axis=0) & processed[..., None] & found.valid[:, None]
@@ -223,13 +225,13 @@ def _labelled(world: World, found: Echo, truth: Array, processed: BoolArray) -> 
         flat = cost.reshape(len(cost), -1)
         k, d = np.unravel_index(np.argmin(flat, axis=-1), cost.shape[1:])
         taken = np.isfinite(flat.min(axis=-1))
-        angle = mirrored(law.receiver, found.angle[rows, d], truth[rows, k, 0])
+        angle = mirrored(receiver, found.angle[rows, d], truth[rows, k, 0])
         measured = np.stack([angle, found.delay[rows, d], found.doppler[rows, d]], axis=-1)
         value[rows[taken], k[taken]] = measured[taken]
         variance[rows[taken], k[taken]] = found.variance[rows[taken], d[taken]]
         cost[rows, k, :] = np.inf
         cost[rows, :, d] = np.inf
-    merged = _merged(truth * [1.0, wave.bandwidth, wave.duration], u, law.receiver, value)
+    merged = _merged(truth * [1.0, wave.bandwidth, wave.duration], u, receiver, value)
     value = np.where(np.isfinite(variance) & ~merged[..., None], value, np.nan)
     return value, np.where(np.isfinite(value), variance, np.inf)
 

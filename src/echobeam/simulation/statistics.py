@@ -14,16 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.estimation.consistency import nees, nis
-from echobeam.estimation.gaussian import wrap
+from echobeam.estimation.gaussian import square_norm, wrap
 from echobeam.estimation.intervals import quotient
-from echobeam.physics.polar import POLAR
+from echobeam.physics.coordinates import Geometry, direction_of
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import CoverageTable
-from echobeam.schemes.configure import system_for
-from echobeam.simulation.bound import bound_terms
+from echobeam.schemes.configure import geometry_of, system_for
+from echobeam.schemes.models import measurement_model
+from echobeam.simulation.bound import bound_terms, flown
 from echobeam.simulation.track_statistics import NEEDED_OF_TRACKS, track_statistics
-from echobeam.tracking.measurement import measurement_jacobian, predict_measurement
-from echobeam.values import Array, BoolArray, Mode
+from echobeam.values import Array, BoolArray, StateSpace, with_beams
 
 Statistics = dict[str, Array]
 
@@ -60,7 +60,10 @@ Arrays = Mapping[str, npt.NDArray[np.generic]]
 def needed(scenario: Scenario) -> tuple[str, ...]:
     """Return the variables that the statistics of a scenario's result are made of."""
     unlabelled = scenario.unlabelled
-    return (*NEEDED, *NEEDED_OF_TRACKS, "beam", "sinr") if unlabelled else NEEDED
+    names: tuple[str, ...] = NEEDED
+    if scenario.geometry == "ground":
+        names = ("uav_position", *("cover" if name == "covered" else name for name in NEEDED))
+    return (*names, *NEEDED_OF_TRACKS, "beam", "sinr") if unlabelled else names
 
 
 def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> Statistics:
@@ -102,7 +105,9 @@ def statistics_of(arrays: Arrays, scenario: Scenario, names: Sequence[str]) -> S
     figures |= _sums("known", present & known, last=True)
     figures |= _sums("there", np.broadcast_to(present, rate.shape), last=True)
     centres = [coverage.centre for coverage in coverages]
-    figures |= _errors(arrays) | _innovations(arrays, scenario) | _cover(arrays, centres)
+    geometry = geometry_of(scenario)
+    figures |= _errors(arrays, geometry.space) | _innovations(arrays, scenario, geometry)
+    figures |= _cover(arrays, centres, geometry)
     if scenario.unlabelled:
         figures |= track_statistics(arrays, scenario)
     return figures | bound_terms(arrays, scenario)
@@ -132,7 +137,7 @@ def sum_rate(rate: Array, present: BoolArray) -> Array:
     return total
 
 
-def rmse(part: Statistics, component: str) -> Array:
+def rmse(part: Statistics, *components: str) -> Array:
     """Return one scheme's root mean square error of the posterior, ``(slot,)``.
 
     Over trials and objects; NaN where there is no track.
@@ -141,38 +146,46 @@ def rmse(part: Statistics, component: str) -> Array:
     ----------
     part
         See `of_scheme`.
-    component
-        ``"angle"`` (rad, differences wrapped), ``"distance"`` (m) or ``"velocity"`` (m/s).
+    components
+        Of the state, whose squares are added: of the road ``"angle"`` (rad, differences wrapped),
+        ``"distance"`` (m) or ``"velocity"`` (m/s).
     """
     errors = part["errors"].sum(axis=-1)
-    root: Array = np.sqrt(quotient(part[f"squares_{component}"].sum(axis=-1), errors))
+    squares = squares_of(part, components)
+    root: Array = np.sqrt(quotient(squares.sum(axis=-1), errors))
     return root
 
 
-def posterior_errors(estimated: Array, truth: Array) -> Array:
+def squares_of(part: Statistics, components: Sequence[str], prefix: str = "") -> Array:
+    """Return the sums of the squared errors of some components, added; see `statistics_of`."""
+    first, *others = (part[f"{prefix}squares_{component}"] for component in components)
+    return sum(others, start=first)
+
+
+def posterior_errors(estimated: Array, truth: Array, space: StateSpace) -> Array:
     """Return estimate minus truth, ``(..., S)``, angles wrapped; NaN without either."""
     error: Array = estimated - truth
-    for component in POLAR.angles:
+    for component in space.angles:
         error[..., component] = wrap(error[..., component])
     return error
 
 
-def error_sums(error: Array) -> Statistics:
+def error_sums(error: Array, space: StateSpace) -> Statistics:
     """Return sums of squared errors ``(scheme, trial, slot, object, S)``, see `statistics_of`."""
     found = np.isfinite(error[..., 0])
     sums: Statistics = {
         "errors": found.sum(axis=1).astype(float),
         f"{TRIAL}errors": found.sum(axis=(2, 3)).astype(float),
     }
-    for index, name in enumerate(POLAR.names):
+    for index, name in enumerate(space.names):
         square = error[..., index] ** 2
         sums[f"squares_{name}"] = np.nansum(square, axis=1)
         sums[f"{TRIAL}squares_{name}"] = np.nansum(square, axis=(2, 3))
     return sums
 
 
-def cover_centre(predicted: Array, estimated: Array, centre: str) -> Array:
-    """Return the angle around which each beam was designed, ``(..., slot, object)`` rad.
+def cover_centre(predicted: Array, estimated: Array, centre: str, axes: int = 1) -> Array:
+    """Return the direction around which each beam was designed, of the shape of what is given.
 
     It is the prediction, or the estimate of the slot before where that is the reading
     (``coverage.centre``) or where there is no prediction (a held estimate).
@@ -180,12 +193,15 @@ def cover_centre(predicted: Array, estimated: Array, centre: str) -> Array:
     Parameters
     ----------
     predicted, estimated
-        ``(..., slot, object)`` rad.
+        ``(..., slot, object)`` rad, or ``(trial, slot, object, 2)`` direction cosines.
     centre
         ``coverage.centre`` of the scheme.
     """
     before = np.full_like(estimated, np.nan)
-    before[..., 1:, :] = estimated[..., :-1, :]
+    slot = estimated.ndim - 2 if axes == 1 else estimated.ndim - 3
+    later, earlier = ([slice(None)] * estimated.ndim for _ in range(2))
+    later[slot], earlier[slot] = slice(1, None), slice(None, -1)
+    before[tuple(later)] = estimated[tuple(earlier)]
     first, second = (before, predicted) if centre == "previous" else (predicted, before)
     return np.where(np.isfinite(first), first, second)
 
@@ -198,7 +214,7 @@ def _coverage(scenario: Scenario, name: str) -> CoverageTable:
 
 def _directional(arrays: Arrays) -> BoolArray:
     """Return ``(scheme, trial, slot, 1)``: whether beams are sent."""
-    directional: BoolArray = np.asarray(arrays["mode"] == Mode.DIRECTIONAL)[..., None]
+    directional: BoolArray = with_beams(np.asarray(arrays["mode"]))[..., None]
     return directional
 
 
@@ -223,62 +239,69 @@ def _positive(cov: Array) -> BoolArray:
     return positive
 
 
-def _errors(arrays: Arrays) -> Statistics:
+def _errors(arrays: Arrays, space: StateSpace) -> Statistics:
     """Return errors of the posterior and their normalised squares."""
-    error = posterior_errors(_floats(arrays["estimated"]), _floats(arrays["truth"]))
+    error = posterior_errors(_floats(arrays["estimated"]), _floats(arrays["truth"]), space)
     cov = _floats(arrays["estimated_cov"])
     doubtful = _positive(cov)  # not so: unknown objects, and a genie's
     normalised = nees(
         np.where(doubtful[..., None], error, np.nan),
-        np.where(doubtful[..., None, None], cov, np.eye(POLAR.size)),
-        POLAR.angles,
+        np.where(doubtful[..., None, None], cov, np.eye(space.size)),
+        space.angles,
     )
     return (
-        error_sums(error) | _sums("nees", normalised) | _sums("nees_count", np.isfinite(normalised))
+        error_sums(error, space)
+        | _sums("nees", normalised)
+        | _sums("nees_count", np.isfinite(normalised))
     )
 
 
-def uav_motion(arrays: Arrays) -> tuple[Array, Array]:
-    """Return the UAV's speed and heading in every slot, ``(slot, 1)`` m/s and rad."""
-    velocity = _floats(arrays["uav_velocity"])
-    speed = np.hypot(velocity[:, 0], velocity[:, 2])[:, None]
-    return speed, np.arctan2(velocity[:, 2], velocity[:, 0])[:, None]
-
-
-def _innovations(arrays: Arrays, scenario: Scenario) -> Statistics:
+def _innovations(arrays: Arrays, scenario: Scenario, geometry: Geometry) -> Statistics:
     """Return normalised squared innovations of the predicted objects that were measured."""
     prior, cov = _floats(arrays["predicted"]), _floats(arrays["predicted_cov"])
     value, variance = _floats(arrays["measured"]), _floats(arrays["measured_var"])
-    speed, heading = uav_motion(arrays)
-    carrier = scenario.radio.carrier
+    uav, model = flown(arrays), measurement_model(geometry, scenario.radio.carrier)
     predicted = np.isfinite(prior[..., 0]) & _positive(cov)
     mean = np.where(predicted[..., None], prior, 1.0)
-    innovation = value - predict_measurement(mean, speed, heading, carrier)
+    innovation = value - model.expected(mean, uav)
     used = np.isfinite(innovation) & np.isfinite(variance) & predicted[..., None]
     squared = nis(
         np.where(used, innovation, np.nan),
-        np.where(predicted[..., None, None], cov, np.eye(POLAR.size)),
-        measurement_jacobian(mean, speed, heading, carrier),
+        np.where(predicted[..., None, None], cov, np.eye(geometry.space.size)),
+        model.jacobian(mean, uav),
         np.where(used, variance, np.inf),
-        POLAR.angles,
+        geometry.measurement_angles,
     )
     measured = np.where(used.any(axis=-1), squared, np.nan)
     return _sums("nis", measured) | _sums("nis_degrees", used.sum(axis=-1))
 
 
-def _cover(arrays: Arrays, centres: Sequence[str]) -> Statistics:
-    """Return how often the true angle is inside the interval that a beam was designed to cover."""
-    predicted, estimated = (_floats(arrays[name])[..., 0] for name in ("predicted", "estimated"))
+def _cover(arrays: Arrays, centres: Sequence[str], geometry: Geometry) -> Statistics:
+    """Return how often the true direction is inside what a beam was designed to cover."""
+    uav, axes = flown(arrays), geometry.axes
+    predicted, estimated, truth = (
+        direction_of(geometry.place(_floats(arrays[name]), uav), axes)
+        for name in ("predicted", "estimated", "truth")
+    )
     centre = np.stack(
         [
-            cover_centre(one, other, each)
+            cover_centre(one, other, each, axes)
             for one, other, each in zip(predicted, estimated, centres, strict=True)
         ]
     )
-    halfwidth, truth = _floats(arrays["covered"]), _floats(arrays["truth"])[..., 0]
-    asked = np.isfinite(centre) & np.isfinite(halfwidth) & np.isfinite(truth)
+    covered = _floats(arrays["covered" if axes == 1 else "cover"])
+    if axes == 1:
+        asked = np.isfinite(centre) & np.isfinite(covered) & np.isfinite(truth)
+    else:
+        known = np.asarray(np.isfinite(centre - truth).all(axis=-1))
+        asked = known & np.isfinite(covered).all(axis=(-2, -1))
     if "shared" in arrays:  # the cover of a shared beam is around the middle of several objects
         asked = asked & ~np.asarray(arrays["shared"], dtype=bool)
-    off = np.abs(wrap(np.where(asked, centre - truth, 0.0)))
-    inside = asked & (off <= np.where(asked, halfwidth, 0.0))
+    if axes == 1:
+        off = np.abs(wrap(np.where(asked, centre - truth, 0.0)))
+        inside = asked & (off <= np.where(asked, covered, 0.0))
+    else:
+        from_centre = np.where(asked[..., None], truth - centre, 0.0)
+        matrix = np.where(asked[..., None, None], covered, np.eye(axes))
+        inside = asked & (square_norm(from_centre, matrix) <= 1.0)
     return _sums("inside", inside) | _sums("covered", asked)

@@ -5,7 +5,7 @@ Results are read in chunks of trials, so that a summary takes little memory howe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +19,9 @@ from echobeam.estimation.intervals import (
     ratio_of_means,
     share_interval,
 )
-from echobeam.physics.polar import POLAR
+from echobeam.physics.road import ROAD_GEOMETRY
 from echobeam.scenario.model import Scenario
+from echobeam.schemes.configure import geometry_of
 from echobeam.simulation.bound import TERMS, bound_of
 from echobeam.simulation.dataset import variables_of
 from echobeam.simulation.layout import from_the_beginning
@@ -31,6 +32,7 @@ from echobeam.simulation.statistics import (
     needed,
     of_scheme,
     rmse,
+    squares_of,
     statistics_of,
     sum_rate,
 )
@@ -62,17 +64,20 @@ class SchemeSummary:
         5 % quantile over trials and frames of a frame's mean sum rate.
     angle_rmse, distance_rmse
         ``(n,)`` rad, m: error of the posterior over trials and objects; NaN where there is none.
+        In the ground's geometry there are ``position_rmse``, m, and ``velocity_rmse``, m/s, in
+        their place, and so below.
     angle_over_bound, distance_over_bound
         ``(n,)``: these errors over the posterior Cramer-Rao bound, 1 for an efficient filter on
         what it measured; NaN where there is no bound (see `bound_of`).
     nees, nis
-        ``(n,)``: normalised squared error of the posterior (3 for an honest filter) and squared
+        ``(n,)``: normalised squared error of the posterior (the number of state components for an
+        honest filter) and squared
         innovation per measured component (1 for an honest filter); NaN where there is none.
     frame_angle_rmse, frame_distance_rmse, frame_nees, frame_nis
         The same over all slots.
     coverage
-        Share of true angles inside the interval (38f) that the beams were designed to cover; NaN
-        for a scheme that designs none.
+        Share of true directions inside the cover (38f) that the beams were designed for; NaN for a
+        scheme that designs none.
     outage
         Share of objects in the scene and directional slots whose rate is below ``min_rate``.
     lost
@@ -113,10 +118,6 @@ class SchemeSummary:
     frame_rate_mean: float
     frame_rate_interval: tuple[float, float]
     frame_rate_q05: float
-    angle_rmse: Array
-    distance_rmse: Array
-    angle_over_bound: Array
-    distance_over_bound: Array
     nees: Array
     nis: Array
     coverage: float
@@ -125,11 +126,21 @@ class SchemeSummary:
     fallbacks: int
     rate_over_genie: Array
     frame_rate_over_genie: float
-    frame_angle_rmse: float
-    frame_distance_rmse: float
     frame_nees: float
     frame_nis: float
     intervals: Mapping[str, tuple[float, float]]
+    angle_rmse: Array | None = None
+    distance_rmse: Array | None = None
+    position_rmse: Array | None = None
+    velocity_rmse: Array | None = None
+    angle_over_bound: Array | None = None
+    distance_over_bound: Array | None = None
+    position_over_bound: Array | None = None
+    velocity_over_bound: Array | None = None
+    frame_angle_rmse: float | None = None
+    frame_distance_rmse: float | None = None
+    frame_position_rmse: float | None = None
+    frame_velocity_rmse: float | None = None
     gospa: Array | None = None
     ospa: Array | None = None
     gospa_localisation: Array | None = None
@@ -147,30 +158,29 @@ class SchemeSummary:
     rate_lost_to_false: float | None = None
 
 
-SCALARS = {
+UNITS = {"angle": "rad", "distance": "m", "position": "m", "velocity": "m/s"}
+"""Units of the errors that a geometry states, by their name."""
+
+RATES = {
     "frame_rate_mean": ("bit/s/Hz", "mean sum rate over slots"),
     "frame_rate_q05": ("bit/s/Hz", "5 % quantile of a frame's mean sum rate"),
-    "frame_angle_rmse": ("rad", "RMSE of the posterior angle over all slots"),
-    "frame_distance_rmse": ("m", "RMSE of the posterior distance over all slots"),
+}
+SCALARS = {
     "frame_nees": ("1", "normalised squared error of the posterior over all slots"),
     "frame_nis": ("1", "normalised squared innovation per component over all slots"),
-    "coverage": ("1", "share of true angles inside the covered interval"),
+    "coverage": ("1", "share of true directions inside the cover"),
     "outage": ("1", "share of objects and directional slots below min_rate"),
     "lost": ("1", "share of objects without a track in the last slot"),
     "fallbacks": ("1", "trial-slots with fallback beams"),
     "frame_rate_over_genie": ("1", "mean sum rate over slots, over the genie's"),
 }
 PER_SLOT = {
-    "rate_mean": ("bit/s/Hz", "mean sum rate"),
-    "angle_rmse": ("rad", "RMSE of the posterior angle"),
-    "distance_rmse": ("m", "RMSE of the posterior distance"),
-    "angle_over_bound": ("1", "angle RMSE over the posterior Cramer-Rao bound"),
-    "distance_over_bound": ("1", "distance RMSE over the posterior Cramer-Rao bound"),
-    "nees": ("1", "normalised squared error of the posterior; 3 if honest"),
+    "nees": ("1", "normalised squared error of the posterior; its components if honest"),
     "nis": ("1", "normalised squared innovation per component; 1 if honest"),
     "rate_over_genie": ("1", "mean sum rate over the genie's"),
 }
-"""Figures of a scheme by their name, of a run and of each slot: unit and meaning."""
+"""Figures of a scheme by their name, of a run and of each slot: unit and meaning. Those of the
+errors, which depend on the geometry, stand between the rates and these."""
 
 TRACK_SCALARS = {
     "frame_gospa": ("m", "GOSPA of the confirmed tracks over all slots"),
@@ -194,14 +204,40 @@ TRACK_PER_SLOT = {
 """The same of unlabelled runs, besides the others."""
 
 
-def scalars(*, unlabelled: bool) -> dict[str, tuple[str, str]]:
-    """Return the figures of a run, by name: unit and meaning."""
-    return SCALARS | TRACK_SCALARS if unlabelled else SCALARS
+Figures = dict[str, tuple[str, str]]
+"""Figures by name: unit and meaning."""
 
 
-def per_slot(*, unlabelled: bool) -> dict[str, tuple[str, str]]:
+def errors_of(*scenarios: Scenario) -> tuple[str, ...]:
+    """Return the names of the errors that summaries of some scenarios state."""
+    return tuple(dict.fromkeys(name for one in scenarios for name in geometry_of(one).errors))
+
+
+def errors_in(names: Container[object]) -> tuple[str, ...]:
+    """Return the names of the errors among the figures of a table."""
+    return tuple(name for name in UNITS if f"{name}_rmse" in names)
+
+
+def scalars(*, unlabelled: bool, errors: Sequence[str] = tuple(ROAD_GEOMETRY.errors)) -> Figures:
+    """Return the figures of a run, by name: unit and meaning; ``errors`` as of `errors_of`."""
+    stated = {
+        f"frame_{name}_rmse": (UNITS[name], f"RMSE of the posterior {name} over all slots")
+        for name in errors
+    }
+    figures = RATES | stated | SCALARS
+    return figures | TRACK_SCALARS if unlabelled else figures
+
+
+def per_slot(*, unlabelled: bool, errors: Sequence[str] = tuple(ROAD_GEOMETRY.errors)) -> Figures:
     """Return the figures of each slot, by name: unit and meaning."""
-    return PER_SLOT | TRACK_PER_SLOT if unlabelled else PER_SLOT
+    figures = {"rate_mean": ("bit/s/Hz", "mean sum rate")}
+    figures |= {f"{name}_rmse": (UNITS[name], f"RMSE of the posterior {name}") for name in errors}
+    figures |= {
+        f"{name}_over_bound": ("1", f"{name} RMSE over the posterior Cramer-Rao bound")
+        for name in errors
+    }
+    figures |= PER_SLOT
+    return figures | TRACK_PER_SLOT if unlabelled else figures
 
 
 def interval_name(quantity: str) -> str:
@@ -209,8 +245,9 @@ def interval_name(quantity: str) -> str:
     return "frame_rate_interval" if quantity == "frame_rate_mean" else f"{quantity}_interval"
 
 
-SLOT_MEANS = ("angle_over_bound", "distance_over_bound", "nees", "nis")
-"""Per-slot figures of which tables have the mean over the slots that have one."""
+def slot_means(errors: Sequence[str]) -> tuple[str, ...]:
+    """Return the per-slot figures of which tables have the mean over the slots that have one."""
+    return (*(f"{name}_over_bound" for name in errors), "nees", "nis")
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +298,7 @@ def summarise_statistics(
     }
 
 
-def over_bound(part: Statistics, component: str, scenario: Scenario) -> Array:
+def over_bound(part: Statistics, error: str, scenario: Scenario) -> Array:
     """Return one scheme's RMSE over the posterior Cramer-Rao bound, ``(n,)``.
 
     Both are root mean squares over the trials and those objects that have a bound; NaN where
@@ -271,34 +308,42 @@ def over_bound(part: Statistics, component: str, scenario: Scenario) -> Array:
     ----------
     part
         The scheme's statistics, see `of_scheme`.
-    component
-        "angle", "distance" or "velocity".
+    error
+        Name of an error that the geometry states, or of a component of the state.
     scenario
         What was run.
     """
-    least, bounded = _bound_squares(part, component, scenario)
-    squares = np.where(bounded, part[f"squares_{component}"], 0.0)
+    least, bounded = _bound_squares(part, error, scenario)
+    squares = np.where(bounded, squares_of(part, _components(error, scenario)), 0.0)
     return np.sqrt(quotient(squares.sum(axis=-1), least.sum(axis=-1)))
 
 
-def pooled_bound(part: Statistics, component: str, scenario: Scenario) -> tuple[Array, Array]:
+def pooled_bound(part: Statistics, error: str, scenario: Scenario) -> tuple[Array, Array]:
     """Return sums over trials and objects of the squared bound, and their number, ``(n,)`` each.
 
     The root of their quotient is what `rmse` of an efficient filter comes to; arguments as in
     `over_bound`.
     """
-    least, bounded = _bound_squares(part, component, scenario)
+    least, bounded = _bound_squares(part, error, scenario)
     return least.sum(axis=-1), np.where(bounded, part["errors"], 0.0).sum(axis=-1)
 
 
-def _bound_squares(part: Statistics, component: str, scenario: Scenario) -> tuple[Array, BoolArray]:
+def _components(error: str, scenario: Scenario) -> tuple[str, ...]:
+    """Return the components of the state that an error is made of, or the one of its name."""
+    return geometry_of(scenario).errors.get(error, (error,))
+
+
+def _bound_squares(part: Statistics, error: str, scenario: Scenario) -> tuple[Array, BoolArray]:
     """Return the squared bound times the number of errors, and where there is one, ``(n, K)``."""
     if not set(TERMS) <= set(part):
         return np.zeros(part["errors"].shape), np.zeros(part["errors"].shape, dtype=bool)
     terms = {name: part[name] for name in TERMS}
-    bound = bound_of(terms, scenario)[..., POLAR.names.index(component)]
-    bounded: BoolArray = np.isfinite(bound)
-    return np.where(bounded, bound, 0.0) ** 2 * part["errors"], bounded
+    names = geometry_of(scenario).space.names
+    chosen = [names.index(component) for component in _components(error, scenario)]
+    bound = bound_of(terms, scenario)[..., chosen]
+    bounded: BoolArray = np.asarray(np.isfinite(bound).all(axis=-1))
+    squares = np.sum(np.where(bounded[..., None], bound, 0.0) ** 2, axis=-1)
+    return squares * part["errors"], bounded
 
 
 def improvement(
@@ -326,7 +371,10 @@ def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None)
     of_tracks: dict[str, Any] = _tracks_per_slot(part) if unlabelled else {}
     frames = sum_rate.reshape(len(sum_rate), -1, scenario.frame.slots_per_frame).mean(axis=-1)
     rate_mean, rate_interval = mean_interval(sum_rate)
-    whole = _whole_run(part, frames, best)
+    stated = geometry_of(scenario).errors
+    whole = _whole_run(part, frames, best, stated)
+    errors: dict[str, Any] = {f"{name}_rmse": rmse(part, *of) for name, of in stated.items()}
+    errors |= {f"{name}_over_bound": over_bound(part, name, scenario) for name in stated}
     if unlabelled:
         whole |= _tracks_of_run(part)
     of_run: dict[str, Any] = {k: value for k, (value, _) in whole.items() if k != "fallbacks"}
@@ -334,22 +382,19 @@ def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None)
         rate_mean=rate_mean,
         rate_interval=rate_interval,
         frame_rate_interval=whole["frame_rate_mean"][1],
-        angle_rmse=rmse(part, "angle"),
-        distance_rmse=rmse(part, "distance"),
-        angle_over_bound=over_bound(part, "angle", scenario),
-        distance_over_bound=over_bound(part, "distance", scenario),
         nees=quotient(part["nees"], part["nees_count"]),
         nis=quotient(part["nis"], part["nis_degrees"]),
         fallbacks=int(part["fallback"].sum()),
         rate_over_genie=quotient(rate_mean, best.mean(axis=0)),
         intervals={name: interval for name, (_, interval) in whole.items()},
+        **errors,
         **of_tracks,
         **of_run,
     )
 
 
 def _whole_run(
-    part: Statistics, frames: Array, best: Array
+    part: Statistics, frames: Array, best: Array, errors: Mapping[str, tuple[str, ...]]
 ) -> dict[str, tuple[float, tuple[float, float]]]:
     """Return one scheme's figures of the whole run with their intervals over trials."""
     per_trial = part["sum_rate"].mean(axis=-1)
@@ -359,8 +404,12 @@ def _whole_run(
     return {
         "frame_rate_mean": _pair(*mean_interval(per_trial)),
         "frame_rate_q05": quantile_interval(frames, 0.05),
-        "frame_angle_rmse": _root(_of_trials(part, "squares_angle", "errors")),
-        "frame_distance_rmse": _root(_of_trials(part, "squares_distance", "errors")),
+        **{
+            f"frame_{name}_rmse": _root(
+                _positive_ratio(squares_of(part, of, TRIAL), part[f"{TRIAL}errors"])
+            )
+            for name, of in errors.items()
+        },
         "frame_nees": _of_trials(part, "nees", "nees_count"),
         "frame_nis": _of_trials(part, "nis", "nis_degrees"),
         "coverage": _share_of_trials(part, "inside", "covered"),

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from echobeam.physics.geometry import polar_state
+from echobeam.physics.coordinates import direction_of, distance_of
 from echobeam.physics.link import channel_loss, rate, sinr
-from echobeam.physics.measurement import measure
 from echobeam.schemes.base import Decision
 from echobeam.simulation.elevation import elevated
 from echobeam.simulation.headings import headings
@@ -76,13 +75,14 @@ class World:
 
     @property
     def place(self) -> Array:
-        """``(T or 1, K, S)``: the states at which laws of the echo are evaluated.
+        """``(T or 1, K, A + 1)`` or more: direction and distance of the objects.
 
-        Their velocity is the heading, which an object at rest has as well.
+        Laws of the echo are evaluated there. Its velocity is the heading, which an object at rest
+        has as well.
         """
-        if self.scene.law.target is None:
-            return self.state
-        return polar_state(self.ground.position, self.heading, self.uav)
+        geometry, position = self.scene.geometry, self.ground.position
+        motion = self.ground.velocity if self.scene.law.target is None else self.heading
+        return geometry.place(geometry.exact(position, motion, self.uav), self.uav)
 
     def link(self, decision: Decision, addressee: IntArray) -> Link:
         """Return SINR and rate at the true channel, Eqs. (7), (8), (10).
@@ -97,7 +97,8 @@ class World:
             ``(T, C)``: identity of the object that each column of the decision is for.
         """
         radio = self.scene.scenario.radio
-        loss = channel_loss(self.state[..., 1], radio.noise, radio.alpha0)
+        place, array = self.place, self.scene.law.transmitter
+        loss = channel_loss(distance_of(place, array.axes), radio.noise, radio.alpha0)
         own = self.addressed(addressee)
         taken_in_turns = None
         if decision.carrier is not None:
@@ -107,15 +108,15 @@ class World:
             listeners = (carries & (decision.addressee != NOBODY)[:, None, :]).sum(axis=-1)
             own = np.any(own[:, :, None, :] & carries[:, None], axis=-1)
             taken_in_turns = np.where(own, listeners[:, None, :], 0).max(axis=-1, initial=1)
-        ratio = sinr(decision.sent, own, self.state[..., 0], loss, self.scene.law.transmitter)
+        ratio = sinr(decision.sent, own, direction_of(place, array.axes), loss, array)
         each = rate(ratio)
         return Link(ratio, each if taken_in_turns is None else each / taken_in_turns)
 
     def ideal(self) -> Array:
-        """Return the objects' measurements without noise, ``(T or 1, K, 3)``, Eqs. (17)-(19)."""
-        angle, distance, velocity = np.moveaxis(self.state, -1, 0)
-        uav, carrier = self.uav, self.scene.scenario.radio.carrier
-        return measure(angle, distance, velocity, uav.speed, uav.heading, carrier)
+        """Return the objects' measurements without noise, ``(T or 1, K, M)``, Eqs. (17)-(19)."""
+        geometry, ground = self.scene.geometry, self.ground
+        state = geometry.exact(ground.position, ground.velocity, self.uav)
+        return geometry.ideal(state, self.uav, self.scene.scenario.radio.carrier)
 
     def advance(self) -> World:
         """Return nature one slot later."""
@@ -141,7 +142,7 @@ def _seen(world: World) -> World:
     """Return nature with the UAV in its slot and the objects as seen from there."""
     uav = world.scene.flight.at(world.slot)
     ground = elevated(world.ground, world.scene.scenario, world.seed, world.trials)
-    state = polar_state(ground.position, ground.velocity, uav)
+    state = world.scene.geometry.state(ground.position, ground.velocity, uav)
     freeze(state, ground.position, ground.velocity, ground.identity, uav.position, uav.velocity)
     freeze(world.heading)
     return replace(world, uav=uav, ground=ground, state=state)

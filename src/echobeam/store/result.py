@@ -10,8 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.simulation.blocks import Block, trial_axis
-from echobeam.simulation.dataset import VARIABLES, attributes, coordinates, phases, variables_of
-from echobeam.simulation.layout import disorder
+from echobeam.simulation.dataset import (
+    TRACK_VARIABLES,
+    attributes,
+    coordinates,
+    phases,
+    sizes_of,
+    variables_of,
+)
+from echobeam.simulation.layout import disorder, sizes_in
 from echobeam.simulation.scene import Scene
 from echobeam.store.sink import netcdf_file
 from echobeam.store.writing import StoreError
@@ -26,9 +33,6 @@ full result, if stored."""
 
 COORDINATES = ("scheme", "slot", "time", "phase", "state", "measurement")
 """Coordinates of a result that plots and summaries need."""
-
-SIZES = {"state": 3, "state_b": 3, "measurement": 3, "axis": 3, "part": 2}
-"""Sizes of the dimensions that have the same size in every result."""
 
 
 def write_result(
@@ -53,8 +57,8 @@ def write_result(
             "trial": trials,
             "slot": scenario.n_slots,
             "object": scenario.n_objects,
-            "antenna": scenario.array.n_tx,
-            **SIZES,
+            "antenna": scenario.array.weights,
+            **sizes_of(scenario),
         }
         for name, value in attributes(scenario, seed, scene.mover.names).items():
             file.attrs[name] = _storable(value)
@@ -200,22 +204,28 @@ def open_any(path: str | Path) -> xr.Dataset:
 
 def _misfit(result: xr.Dataset) -> str:
     """Return the reason why a dataset is not a result: users save selections of results."""
-    missing = [name for name in (*VARIABLES, *COORDINATES) if name not in result.variables] + [
+    variables = variables_of(result.variables)
+    missing = [name for name in (*variables, *COORDINATES) if name not in result.variables] + [
         name for name in ("scenario", "seed") if name not in result.attrs
     ]
     if missing:
         return f"{', '.join(missing)} missing"
-    wanted = dict.fromkeys(dim for variable in VARIABLES.values() for dim in variable.dims)
+    wanted = dict.fromkeys(
+        dim
+        for name, variable in variables.items()
+        if name not in TRACK_VARIABLES
+        for dim in variable.dims
+    )
     for dim in wanted:
         if dim not in result.dims:
             return f"no dimension {dim} (select with a list, such as isel({dim}=[0]), to keep it)"
-    for name, variable in variables_of(result.variables).items():
+    for name, variable in variables.items():
         if result[name].dims != variable.dims:
             dims, expected = ", ".join(map(str, result[name].dims)), ", ".join(variable.dims)
             joined = set(variable.dims) < set(result[name].dims) <= set(wanted)
             hint = " (xarray.concat with data_vars='minimal' keeps them)" if joined else ""
             return f"{name} has the dimensions {dims}; expected {expected}{hint}"
-    for dim, size in SIZES.items():
+    for dim, size in sizes_in(result).items():
         if result.sizes[dim] != size:
             return f"{result.sizes[dim]} along the dimension {dim}; expected {size}"
     return disorder(result)

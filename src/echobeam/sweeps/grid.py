@@ -17,11 +17,13 @@ from echobeam.scenario.load import Source, load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.dataset import attributes
 from echobeam.simulation.summary import (
-    SLOT_MEANS,
     SchemeSummary,
+    errors_in,
+    errors_of,
     interval_name,
     per_slot,
     scalars,
+    slot_means,
     summarise_statistics,
 )
 from echobeam.sweeps.coordinates import coordinate, first_repeated
@@ -263,7 +265,9 @@ def grid_dataset(grid: Grid, study: Study) -> xr.Dataset:
         tuple[tuple[str, ...], np.ndarray[tuple[int, ...], np.dtype[np.float64]], dict[str, str]],
     ] = {}
     unlabelled = any(p.scenario.unlabelled for p in study.points)
-    of_run, of_slots = scalars(unlabelled=unlabelled), per_slot(unlabelled=unlabelled)
+    errors = errors_of(*(point.scenario for point in study.points))
+    of_run = scalars(unlabelled=unlabelled, errors=errors)
+    of_slots = per_slot(unlabelled=unlabelled, errors=errors)
     for name, (units, words) in (of_run | of_slots).items():
         has_slots = name in of_slots
         values = np.array(
@@ -307,8 +311,10 @@ def tidy_csv(dataset: xr.Dataset, path: Path) -> None:
     The first columns are the varied keys and the scheme.
     """
     rates = dataset["frame_rate_interval"]
-    of_run = [name for name in scalars(unlabelled=True) if name in dataset]
-    flat = dataset[of_run].assign({name: dataset[name].mean("slot") for name in SLOT_MEANS})
+    errors = errors_in(dataset)
+    of_run = [name for name in scalars(unlabelled=True, errors=errors) if name in dataset]
+    means = slot_means(errors)
+    flat = dataset[of_run].assign({name: dataset[name].mean("slot") for name in means})
     flat = flat.assign(
         frame_rate_low=rates.sel(end="low", drop=True),
         frame_rate_high=rates.sel(end="high", drop=True),

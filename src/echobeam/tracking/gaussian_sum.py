@@ -19,6 +19,7 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.estimation import gaussian
+from echobeam.estimation.sigma_points import principal_root
 from echobeam.tracking.models import MeasurementModel
 from echobeam.values import Array, BoolArray, GaussianState, UavState
 
@@ -91,7 +92,7 @@ def split(state: GaussianState, points: tuple[int, ...]) -> GaussianSum:
     mean, cov = state.mean, state.cov
     axes = len(points)
     several = [nodes(count) for count in points]
-    gain = _regression(cov, principal(cov[..., :axes, :axes]))
+    gain = _regression(cov, principal_root(cov[..., :axes, :axes]))
     grid = _product([place for place, _, _ in several])
     log_weight = _product([weight for _, weight, _ in several]).sum(axis=-1)
     spread = 1.0 - np.square([narrow for _, _, narrow in several])
@@ -207,25 +208,6 @@ def nodes(points: int) -> tuple[Array, Array, float]:
     return place, log_weight, narrow
 
 
-def principal(cov: Array) -> Array:
-    """Return the principal axes of covariances by row, each as long as its deviation.
-
-    Parameters
-    ----------
-    cov
-        ``(..., A, A)`` of one or two components; the longer axis comes first.
-    """
-    if cov.shape[-1] == 1:
-        return np.sqrt(cov)
-    a, b, c = cov[..., 0, 0], cov[..., 1, 1], cov[..., 0, 1]
-    angle = 0.5 * np.arctan2(2.0 * c, a - b)
-    middle, half = 0.5 * (a + b), np.hypot(0.5 * (a - b), c)
-    long, short = np.sqrt(middle + half), np.sqrt(np.maximum(middle - half, 0.0))
-    x, y = np.cos(angle), np.sin(angle)
-    rows = np.stack([long * x, long * y, -short * y, short * x], axis=-1)
-    return rows.reshape(cov.shape)
-
-
 def _regression(cov: Array, directions: Array) -> Array:
     """Return by how much the state follows a deviation along each principal axis, ``(..., A, S)``.
 
@@ -234,7 +216,7 @@ def _regression(cov: Array, directions: Array) -> Array:
     cov
         ``(..., S, S)``.
     directions
-        ``(..., A, A)`` of `principal`.
+        ``(..., A, A)`` of `principal_root`.
     """
     axes = directions.shape[-1]
     square = np.square(directions).sum(axis=-1, keepdims=True)

@@ -72,6 +72,8 @@ def sought(
     low, middle, high = (
         _third(size + shift * wide[..., :2]) for shift in (1.0, 0.0, -1.0)
     )  # cosine to where the array faces
+    both = measured[..., :2].all(axis=-1)  # else the side that the array faces is open, too
+    middle = np.where(both, middle, 0.0)
     sight = np.concatenate([cosine, middle[..., None]], axis=-1)
     turn = np.concatenate([wide[..., :2], np.maximum(high - middle, middle - low)[..., None]], -1)
     axes = np.array([*model.array, model.facing])[:, :2]

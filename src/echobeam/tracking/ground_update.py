@@ -12,7 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from echobeam.tracking.gaussian_sum import Law, SumPosterior, nodes, posterior, principal, split
+from echobeam.estimation.sigma_points import principal_root
+from echobeam.tracking.gaussian_sum import Law, SumPosterior, nodes, posterior, split
 from echobeam.tracking.ground import GroundMeasurement
 from echobeam.values import Array, GaussianState, IntArray, UavState
 
@@ -74,7 +75,7 @@ def points_needed(
     """
     with np.errstate(invalid="ignore"):
         slope = model.jacobian(prior.mean, uav)[..., :2, :2]  # of the cosines, by the position
-        axes = principal(prior.cov[..., :2, :2])
+        axes = principal_root(prior.cov[..., :2, :2])
         turns = aperture * np.abs(axes @ np.swapaxes(slope, -1, -2)).max(axis=-1)
     omega = np.max(np.where(prior.known[..., None], turns, 0.0), axis=1, initial=0.0)
     limits = [ALONE, *(SMOOTH / nodes(count)[2] for count in SIZES[1:-1])]

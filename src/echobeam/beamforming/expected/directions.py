@@ -26,7 +26,7 @@ from echobeam.beamforming.expected.quadrature import (
     sizes_of,
 )
 from echobeam.physics.array import LinearArray
-from echobeam.values import Array, BoolArray, IntArray
+from echobeam.values import Array, BoolArray, IntArray, aligned
 
 Size = tuple[int, ...]
 """Numbers of nodes along the axes of a belief."""
@@ -40,7 +40,7 @@ EDGE = 12
 
 def where(mask: BoolArray, values: Array) -> Array:
     """Return values ``(T, K, ...)`` where a mask ``(T, K)`` is true, and zero elsewhere."""
-    return np.where(mask.reshape(*mask.shape, *(1,) * (values.ndim - mask.ndim)), values, 0.0)
+    return np.where(aligned(mask, values), values, 0.0)
 
 
 def sizes_needed(beliefs: BeliefBatch, sound: BoolArray) -> IntArray:

@@ -101,7 +101,7 @@ def distance_in_antennas(results: Results) -> Measured:
 def fast_object(results: Results) -> Measured:
     """Measure the fall of the faster object's errors from slot 1 to slot 10."""
     outcome = results[multi().name]
-    fast = int(np.argmax([abs(one.velocity) for one in outcome.scenario.objects]))
+    fast = int(np.argmax([abs(one.along_road[1]) for one in outcome.scenario.objects]))
     errors_of = {name: outcome.error("temporal", name)[..., fast] for name in COMPONENTS}
     return Measured(
         {name: _percent(off[:, 9], off[:, 0]).negated() for name, off in errors_of.items()}

@@ -28,8 +28,8 @@ def scenario() -> Scenario:
 def states(kind: Evolution) -> Array:
     """Return ``(slots + 1, 3)``: the state evolved slot by slot from slot 0, without noise."""
     flight = scenario()
-    angle = flight.objects[0].angle
-    start = [angle, initial_distance(angle, flight.uav.height), flight.objects[0].velocity]
+    angle, velocity, _ = flight.objects[0].along_road
+    start = [angle, initial_distance(angle, flight.uav.height), velocity]
     path = [np.array(start, dtype=float)]
     for _ in range(flight.n_slots):
         path.append(evolve(path[-1], flight.uav.speed, flight.uav.heading, flight.frame.slot, kind))

@@ -1,0 +1,132 @@
+"""Checks of a scenario's geometry: which keys have a meaning in it, and which motions can be.
+
+They take the scenario as it is, of no type: its module imports this one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from echobeam.scenario.tables import LINEAR_KEYS, PLANAR_KEYS, ObjectTable, UavTable
+
+_ROAD_KEYS = {
+    "uav": ("height", "speed", "heading", "floor"),
+    "objects": ("angle",),
+    "filter": ("angle_std", "distance_std", "evolution"),
+    "truth": ("angle_std", "distance_std"),
+}
+_GROUND_KEYS = {"uav": ("position", "velocity", "waypoints"), "objects": ("position", "path")}
+_INSTEAD = {
+    "uav.height": "uav.position",
+    "uav.speed": "uav.velocity",
+    "uav.heading": "uav.velocity",
+    "objects.angle": "position",
+    "uav.position": "uav.height",
+    "uav.velocity": "uav.speed",
+    "objects.position": "angle",
+}
+
+
+def meaningless_keys(scenario: Any) -> dict[str, tuple[str, ...]]:
+    """Return the keys of each table that have no meaning in a scenario, and are not written."""
+    planar = scenario.array.kind == "planar"
+    array = (*LINEAR_KEYS, "n_tx") if planar else PLANAR_KEYS
+    return {"array": array, **(_GROUND_KEYS if scenario.geometry == "road" else _ROAD_KEYS)}
+
+
+def check_geometry(scenario: Any) -> None:
+    """Refuse what a scenario's geometry does not have.
+
+    Raises
+    ------
+    ValueError
+        Names the key, its value and what is expected.
+    """
+    _check_keys(scenario)
+    if scenario.geometry == "road":
+        if scenario.array.kind == "planar":
+            raise ValueError('array.kind: "planar" needs geometry = "ground"')
+        for number, item in enumerate(scenario.objects):
+            _check_on_road(item, f"objects.{number}")
+        return
+    _check_flight(scenario.uav, scenario.frame.slot * scenario.n_slots)
+    for number, item in enumerate(scenario.objects):
+        _check_on_ground(item, f"objects.{number}")
+    sizes = (scenario.array.rows, scenario.array.columns, *scenario.array.receive_shape)
+    if scenario.unlabelled and 1 in (one or 1 for one in sizes):
+        raise ValueError(
+            'radar.detections: "unlabelled" needs both direction cosines with geometry = "ground"; '
+            "expected a planar array of at least two rows and columns"
+        )
+    if scenario.trace is not None:
+        raise ValueError('trace: not yet with geometry = "ground"; give [[objects]] a path')
+    if scenario.radar.model == "signal":
+        raise ValueError('radar.model: "signal" is not yet possible with geometry = "ground"')
+
+
+def _check_keys(scenario: Any) -> None:
+    others = _GROUND_KEYS if scenario.geometry == "road" else _ROAD_KEYS
+    tables = [("uav", "uav", scenario.uav)]
+    tables += [("objects", f"objects.{n}", item) for n, item in enumerate(scenario.objects)]
+    tables += [("filter", "filter", scenario.filter), ("truth", "truth", scenario.truth)]
+    for table, label, item in tables:
+        for key in others.get(table, ()):
+            if key in item.model_fields_set and getattr(item, key) is not None:
+                instead = _INSTEAD.get(f"{table}.{key}")
+                hint = f"; expected {instead}" if instead else ""
+                raise ValueError(
+                    f'{label}.{key}: not a key with geometry = "{scenario.geometry}"{hint}'
+                )
+
+
+def _check_on_road(item: ObjectTable, label: str) -> None:
+    if item.angle is None:
+        raise ValueError(f"{label}.angle: missing")
+    for name in ("velocity", "acceleration"):
+        value = getattr(item, name)
+        if isinstance(value, tuple):
+            raise ValueError(
+                f"{label}.{name}: {list(value)} is not accepted; expected one number along the road"
+            )
+
+
+def _check_on_ground(item: ObjectTable, label: str) -> None:
+    if (item.position is None) == (item.path is None):
+        given = "both position and path" if item.path is not None else "neither position nor path"
+        raise ValueError(f"{label}: {given}; expected one of the two")
+    for name in ("velocity", "acceleration"):
+        value = getattr(item, name)
+        if value == 0.0:  # none, as written where nothing was given
+            continue
+        if item.path is not None:
+            raise ValueError(f"{label}.{name}: not together with a path; leave it out")
+        if not isinstance(value, tuple):
+            raise ValueError(
+                f"{label}.{name}: {value:g} is not accepted; expected two numbers, along x and y"
+            )
+
+
+def _check_flight(uav: UavTable, duration: float) -> None:
+    """Refuse a flight without a beginning, or that goes to the ground or below."""
+    if (uav.position is None) == (uav.waypoints is None):
+        both = uav.position is not None
+        given = "both position and waypoints" if both else "neither position nor waypoints"
+        raise ValueError(f'uav: {given}; expected one of the two with geometry = "ground"')
+    if uav.waypoints is not None:
+        if uav.velocity is not None:
+            raise ValueError("uav.velocity: not together with waypoints; leave it out")
+        heights = {f"uav.waypoints.{n}": point[3] for n, point in enumerate(uav.waypoints)}
+    else:
+        assert uav.position is not None
+        climb = 0.0 if uav.velocity is None else uav.velocity[2]
+        heights = {"uav.position": uav.position[2]}
+        if heights["uav.position"] > 0.0:
+            heights["uav.velocity"] = uav.position[2] + climb * duration
+    for key, height in heights.items():
+        if not height > 0.0 or not np.isfinite(height):
+            when = " at the end of the run" if key == "uav.velocity" else ""
+            raise ValueError(
+                f"{key}: the UAV is {height:g} m high{when}; expected it above the ground"
+            )

@@ -1,0 +1,103 @@
+"""The first state of an object on the ground, from its first measurement alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from echobeam.estimation import gaussian
+from echobeam.physics.plane import GROUND
+from echobeam.tracking.life import living
+from echobeam.tracking.plane import PlaneMeasurement
+from echobeam.values import Array, BoolArray, GaussianState, UavState
+
+STEPS = 5
+"""Steps of Gauss and Newton from the position that the direction and the height give."""
+
+
+def first_state(
+    value: Array,
+    variance: Array,
+    model: PlaneMeasurement,
+    uav: UavState,
+    velocity_std: float,
+) -> GaussianState:
+    """Return the belief after a first measurement: the known height makes it overdetermined.
+
+    Direction cosines and delay are three measurements of two coordinates. The position is their
+    least-squares estimate, found by Gauss-Newton steps, with the covariance (H^T R^-1 H)^-1. The
+    Doppler then updates a prior N(0, velocity_std^2) of both velocities.
+
+    Where an array of one column leaves a cosine open the object is taken to be abreast of the
+    UAV in that direction, uncertain by what delay and height allow.
+
+    Parameters
+    ----------
+    value, variance
+        ``(..., K, 4)``: measurement of every object, known or not. One without a direction or a
+        delay is unknown.
+    model
+        The measurement model.
+    uav
+        The UAV in the slot of the measurement.
+    velocity_std
+        m/s, positive.
+    """
+    place = model.geometry.measured_place(value)
+    distance, height = place[..., 2:3], uav.position[2]
+    mean = np.zeros(value.shape)
+    cov = np.zeros((*value.shape, 4))
+    used = np.isfinite(value) & np.isfinite(variance)
+    known: BoolArray = used[..., 2] & used[..., :2].any(axis=-1) & (distance[..., 0] > 0.0)
+    weight = np.where(used, 1.0 / np.where(used, variance, 1.0), 0.0)
+    whole = used[..., :2].all(axis=-1, keepdims=True)
+    open_axis = np.where(whole, 0.0, _within_reach(distance, height))
+    with np.errstate(all="ignore"):  # objects that were not measured
+        mean[..., :2] = uav.position[:2] + _on_ground(model, place[..., :2], distance, height)
+        for _ in range(STEPS):
+            H = model.jacobian(mean, uav)[..., :3, :2]
+            error = np.where(used, value - model.expected(mean, uav), 0.0)[..., :3]
+            information, slope = _normal(H, weight[..., :3], error)
+            information[..., [0, 1], [0, 1]] += open_axis
+            cov[..., :2, :2] = np.linalg.inv(_safe(information, known))
+            mean[..., :2] += np.einsum("...ij,...j->...i", cov[..., :2, :2], slope)
+        cov[..., [2, 3], [2, 3]] = velocity_std**2
+        doppler = slice(3, 4)
+        innovation = model.residual(value, model.expected(mean, uav))
+        H = model.jacobian(mean, uav)
+        mean, cov = gaussian.update(
+            mean, cov, innovation[..., doppler], H[..., doppler, :], variance[..., doppler]
+        )
+    return living(mean, cov, known, GROUND)
+
+
+def _on_ground(model: PlaneMeasurement, cosines: Array, distance: Array, height: float) -> Array:
+    """Return the offset on the ground, ``(..., 2)`` m, along the measured direction.
+
+    It is as far as delay and height say, sqrt(d^2 - z^2), and at most twice the distance that the
+    direction says.
+    """
+    along = model.geometry.sight(cosines)[..., :2] * distance
+    length = np.sqrt(np.sum(along**2, axis=-1, keepdims=True))
+    reach = np.sqrt(np.maximum(distance**2 - height**2, 0.0))
+    scale = np.where(length > 0.0, reach / np.where(length > 0.0, length, 1.0), 0.0)
+    offset: Array = along * np.minimum(scale, 2.0)
+    return offset
+
+
+def _within_reach(distance: Array, height: float) -> Array:
+    """Return the information of a prior as wide as delay and height allow, ``(..., 1)`` 1/m^2."""
+    square = np.where(np.isfinite(distance), distance**2, 1.0)
+    return 1.0 / np.maximum(square - height**2, 1e-4 * square)
+
+
+def _normal(H: Array, weight: Array, error: Array) -> tuple[Array, Array]:
+    """Return H^T R^-1 H and H^T R^-1 e."""
+    weighted = H * weight[..., None]
+    information = np.swapaxes(weighted, -1, -2) @ H
+    return information, np.einsum("...mi,...m->...i", weighted, error)
+
+
+def _safe(information: Array, known: BoolArray) -> Array:
+    """Return matrices that can be inverted; those of unknown objects are the identity."""
+    sound = known & np.asarray(np.isfinite(information).all(axis=(-2, -1)))
+    return np.where(sound[..., None, None], information, np.eye(2))
