@@ -158,6 +158,7 @@ def system_of(
         law_known=scenario.radar.model == "crb" and scenario.radar.variance == "predicted",
         tracks=scenario.tracks if tracks is None else tracks,
         altitude_std=scenario.uav.altitude_std,
+        labelled=not scenario.unlabelled,
         geometry=geometry_of(scenario),
     )
 

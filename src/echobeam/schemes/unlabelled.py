@@ -41,6 +41,7 @@ from echobeam.values import (
     Tracks,
     Transmission,
     aligned,
+    with_beams,
 )
 
 LIT = 0.5
@@ -158,7 +159,7 @@ class Unlabelled:
         radio, n_tx = view.system.radio, view.system.transmitter.n
         probing = transmission.omni(nobody, radio.power, n_tx)
         sent = transmission.choose(searching, probing, decision.sent)
-        beams = (mode == Mode.DIRECTIONAL)[:, None]
+        beams = with_beams(mode)[:, None]
         # There is no beam to share in an omnidirectional slot: every track has a stream.
         apart = (mode == Mode.OMNI) & sharing.follows.any(axis=-1)
         if apart.any():
@@ -178,7 +179,8 @@ class Unlabelled:
     ) -> UnlabelledBelief:
         """Return the posterior: tracks updated, confirmed and ended, and new ones."""
         bank, among, system = prior.bank, _among(prior.bank, view), view.system
-        mode = self._mode(prior, self.scheme.frame.mode(prior.tracks, among))
+        mode = view.mode
+        assert mode is not None
         receives = self._receives(mode, among)
         seen = _probability(view, _places(bank.state.mean, view)) * receives[:, None, None]
         model, geometry = measurement_of(system), system.geometry
@@ -217,7 +219,7 @@ class Unlabelled:
         """Return the mode of each trial: one without tracks looks for objects."""
         alone = (prior.bank.id == NOBODY).all(axis=-1)
         looks = getattr(self.scheme.frame, "looks", Mode.OMNI)
-        return np.where(alone & (decided == Mode.DIRECTIONAL), looks, decided).astype(np.int8)
+        return np.where(alone & with_beams(decided), looks, decided).astype(np.int8)
 
     def _receives(self, mode: ModeArray, view: View) -> BoolArray:
         """Return ``(T,)``: whether the frame has the radar on in the slot.
