@@ -1,15 +1,14 @@
-"""Distributions over the trials: rate, angle error, and outage."""
+"""Distributions over the trials: rate, size of the error, and outage."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.polar import POLAR
 from echobeam.plots.looks import FAINT, Look
 from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series
 from echobeam.plots.source import Source, empty_figure
-from echobeam.schemes.configure import system_for
+from echobeam.schemes.configure import geometry_of, system_for
 from echobeam.simulation.statistics import posterior_errors
 from echobeam.values import Array, with_beams
 
@@ -18,12 +17,13 @@ _SHARE = (-0.02, 1.02)
 
 
 def distribution(source: Source) -> FigureData:
-    """Return the empirical distributions of rate, angle error and rate per object.
+    """Return the empirical distributions of rate, error and rate per object.
 
     - Rate: a frame's mean sum rate, over trials and frames; a trial's mean over the slots shown
     if these are not complete frames.
-    - Angle error: its size, over trials, slots and objects in the scene. An object without a
-    track has no error: the curve then ends below one, by the share of such objects.
+    - Angle error (on the ground the position's): its size, over trials, slots and objects in the
+    scene. An object without a track has no error: the curve then ends below one, by the share of
+    such objects.
     - Outage: share of objects and slots with beams whose rate is at or below a value; the
     scheme's rate floor is marked if it has one.
     """
@@ -38,13 +38,14 @@ def distribution(source: Source) -> FigureData:
     low = min((float(one.x[0]) for one in series[1] if one.x[0] > 0), default=None)
     part = "frame" if source.frame == source.scenario.frame.slots_per_frame else "trial"
     slots = f"{'frames of ' * (part == 'frame')}{source.frame} slot{'s' * (source.frame > 1)}"
+    error, unit = _error(source)
     panels = (
         Panel(Axis(f"Mean sum rate of a {part}", "bit/s/Hz"),
               Axis(f"Share of {part}s at or below", limits=_SHARE),
               series[0], f"Rate ({slots})", empty="no rates"),
-        Panel(Axis("Size of the angle error", "deg", log=True, limits=(low, None)),
+        Panel(Axis(f"Size of the {error} error", unit, log=True, limits=(low, None)),
               Axis("Share of estimates at or below", limits=_SHARE),
-              series[1], "Angle error", empty="no estimates"),
+              series[1], f"{error.capitalize()} error", empty="no estimates"),
         Panel(Axis("Rate of an object", "bit/s/Hz"), Axis("Outage probability", limits=_SHARE),
               series[2], "Outage", _floors(source), empty="no beams"),
     )  # fmt: skip
@@ -52,7 +53,7 @@ def distribution(source: Source) -> FigureData:
 
 
 def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
-    """Return a scheme's rates of frames, angle errors in degrees, and rates of objects.
+    """Return a scheme's rates of frames, errors in the unit shown, and rates of objects.
 
     A missing estimate counts as an infinite error.
     """
@@ -61,12 +62,23 @@ def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
     present = one["present"].values.astype(bool)
     sum_rate = source.parts[source.names[index]]["sum_rate"][:, source.shown]
     frames = sum_rate.reshape(source.trials, -1, source.frame).mean(axis=-1)
-    error = posterior_errors(one["estimated"].values, one["truth"].values, POLAR)[..., 0]
-    error = np.abs(np.degrees(error[present]))
+    geometry = geometry_of(source.scenario)
+    errors = posterior_errors(one["estimated"].values, one["truth"].values, geometry.space)
+    name, components = next(iter(geometry.errors.items()))
+    chosen = [geometry.space.names.index(component) for component in components]
+    error = np.sqrt(np.sum(errors[present][:, chosen] ** 2, axis=-1))
+    if name == "angle":
+        error = np.degrees(error)
     directional = present & with_beams(one["mode"].values)[..., None]
     return frames.ravel(), np.where(np.isfinite(error), error, np.inf), one["rate"].values[
         directional
     ]  # fmt: skip
+
+
+def _error(source: Source) -> tuple[str, str]:
+    """Return the name and the unit shown of the error that beams depend on."""
+    name = next(iter(geometry_of(source.scenario).errors))
+    return name, "deg" if name == "angle" else "m"
 
 
 def _cumulative(name: str, samples: npt.ArrayLike, look: Look) -> Series:
