@@ -26,7 +26,7 @@ SIGNAL = {
 def test_objects_are_measured_as_accurately_as_stated(angle):
     """Squared errors over stated variances of 96 measurements, and beams that follow."""
     given = eb.load_scenario("ground").replace(SIGNAL | {"radar.angle": angle})
-    scheme = "water-filling:tracker=ground"
+    scheme = "water-filling:tracker=ground,beamer=posterior"
     result = eb.simulate(given, schemes=["genie", scheme], trials=8, seed=2)
     one = result.isel(scheme=1)
     found, stated = one["measured"].values, one["measured_var"].values
