@@ -38,6 +38,12 @@ class Mode(IntEnum):
     MIXED = 3
 
 
+def with_beams(mode: npt.NDArray[np.integer]) -> BoolArray:
+    """Return whether beams are sent in slots of some modes ``(...)``, alone or among others."""
+    beams: BoolArray = (mode != Mode.OMNI) & (mode != Mode.PILOT)
+    return beams
+
+
 def aligned(mask: BoolArray, values: npt.NDArray[Any]) -> BoolArray:
     """Return a mask ``(...)`` with axes of length one for the trailing axes of some values."""
     return mask.reshape(*mask.shape, *(1,) * (values.ndim - mask.ndim))

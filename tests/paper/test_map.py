@@ -26,7 +26,7 @@ FLOORED = {
     "exact CRB with min_rate 0",
 }
 NEEDLE = "pilot held on a needle beam"
-RATES = {"temporal": 2.0, "pilot": 1.0, "pilot-needle": 1.0, "genie": 4.0}
+RATES = {"temporal": 2.0, "pilot": 1.0, "pilot-needle": 1.0, "posterior": 3.0, "genie": 4.0}
 
 
 def made_up(setup: Setup, rates=RATES, fallback: dict[str, float] | None = None) -> Outcome:

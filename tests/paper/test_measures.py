@@ -27,7 +27,7 @@ def outcome(setup: Setup, rate: dict[str, float], kept: dict[str, np.ndarray] | 
     """Return trials whose sum rate is a scheme's value, up to a little luck that trials share."""
     luck = 1 + 0.01 * np.random.default_rng(5).normal(size=TRIALS)
     slots = setup.scenario().n_slots
-    sums = np.array([np.tile(rate[name] * luck[:, None], slots) for name in setup.schemes])
+    sums = np.array([np.tile(rate.get(name, 9.0) * luck[:, None], slots) for name in setup.schemes])
     return Outcome(setup.point(TRIALS), {"sum_rate": sums}, kept or {})
 
 

@@ -153,3 +153,66 @@ def test_names_and_units_are_those_of_the_contract(tmp_path):
     assert "frame_position_rmse" in table.index.get_level_values("quantity")
     assert "angle_rmse" not in table.index.get_level_values("quantity")
     del result
+
+
+def unlabelled(**changes):
+    return eb.load_scenario("ground").replace(
+        {
+            "radar.detections": "unlabelled",
+            "radar.crb": "exact",
+            "radar.rcs": [120, 120],
+            "radar.clutter": 1.0,
+            "frame.frames": 2,
+            **changes,
+        }
+    )
+
+
+def test_objects_on_the_ground_are_found_and_tracked_without_labels():
+    """With strong echoes every object is tracked from the first slots on, and nobody else is."""
+    result = eb.simulate(unlabelled(), ["water-filling", "temporal"], trials=4, seed=0)
+    table = eb.summary(result)["value"]
+    for name in ("water-filling", "temporal"):
+        assert table[name, "tracked"] > 0.9
+        assert table[name, "lost"] == 0.0
+        assert table[name, "frame_gospa"] < 2.5
+        assert table[name, "false_tracks"] < 5.0
+    state = result["track_state"].values
+    assert np.isfinite(state).any()
+    assert result.sizes["state"] == 4
+
+
+def test_false_detections_are_uniform_over_the_visible_disc():
+    """u^2 + v^2 of a uniform law on the disc is uniform: Kolmogorov and Smirnov, p > 1e-4."""
+    from scipy import stats
+
+    from echobeam.schemes.configure import detection_of
+    from echobeam.simulation.detections import _false
+
+    scenario = unlabelled(**{"radar.clutter": 20.0})
+    world = begin(scene_of(scenario), 5, range(300))
+    law = detection_of(scenario)
+    value, more = _false(world, law, np.ones(300, dtype=bool))
+    found = value[np.isfinite(value[..., 0])]
+    assert found.shape[1:] == (4,)
+    assert more.shape[-1] == 5
+    assert len(found) / 300 == pytest.approx(law.mean_false, rel=5 / np.sqrt(300 * 20))
+    square = found[:, 0] ** 2 + found[:, 1] ** 2
+    assert stats.kstest(square, "uniform").pvalue > 1e-4
+    assert stats.kstest(found[:, 2] / law.longest, "uniform").pvalue > 1e-4
+    turn = np.arctan2(found[:, 1], found[:, 0]) / (2 * np.pi) + 0.5
+    assert stats.kstest(turn, "uniform").pvalue > 1e-4
+    area = np.pi * law.longest * 2.0 * law.widest
+    np.testing.assert_allclose(law.density(found[:, :2]), law.mean_false / area)
+
+
+def test_tracks_that_no_beams_separate_share_one():
+    """Two vehicles within a beam: one stream for both in turns, and its cover reaches both."""
+    near = [{"position": place, "velocity": [20, 5]} for place in ([40, 30], [41, 31])]
+    result = eb.simulate(
+        unlabelled(objects=near, **{"radar.clutter": 0.0}), ["water-filling"], trials=2, seed=3
+    )
+    beams = result["mode"].values == 1
+    assert result["shared"].values.any(axis=-1)[beams].mean() > 0.5
+    both = result["shared"].values.all(axis=-1)
+    assert (result["rate"].values[both] > 0.0).all()

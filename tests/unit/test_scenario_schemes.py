@@ -37,7 +37,10 @@ def test_schemes_may_be_tables_of_their_parameters(tmp_path):
 def test_a_list_of_names_has_no_parameters():
     scenario = load_scenario("paper-multi")
     assert scenario.scheme_parameters == {}
-    assert 'schemes = ["temporal", "pilot", "water-filling", "genie"]' in scenario.to_toml()
+    assert (
+        'schemes = ["temporal", "pilot", "water-filling", "posterior", "genie"]'
+        in scenario.to_toml()
+    )
     assert "[schemes" not in scenario.to_toml()
 
 
@@ -123,7 +126,7 @@ def test_parameters_are_frozen_and_travel():
         (
             "schemes.nobody.ripple=1",
             "schemes.nobody: there is no such scheme in schemes; "
-            "it has temporal, pilot, water-filling, genie",
+            "it has temporal, pilot, water-filling, posterior, genie",
         ),
         (
             "scheme_parameters={}",

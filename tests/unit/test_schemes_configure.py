@@ -117,7 +117,7 @@ def test_fields_of_a_scheme_and_of_its_parts_are_parameters(file):
         ("temporal:ripple=1,width", ["'width' is not accepted; expected KEY=VALUE"]),
         ("temporal:ripple=", ["expected KEY=VALUE"]),
         ("water-filling:ripple=1", ["ripple: unknown parameter"]),
-        ("genie:ripple=1", ["this scheme has no parameters"]),
+        ("genie:ripple=1", ["ripple: unknown parameter", "accepted here: floors"]),
         ("genie:tracker=ekf", ["tracker: unknown parameter"]),
     ],
 )

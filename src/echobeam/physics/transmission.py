@@ -75,6 +75,29 @@ def directional(beams: ComplexArray) -> Transmission:
     )
 
 
+def with_probing(beams: ComplexArray, share: Array, power: float) -> Transmission:
+    """Return beams with a share of the power taken from them and sent in all directions.
+
+    The share is sent without data, uncorrelated from antenna to antenna: C = (1 - s) W W^H +
+    (s P_T / N_t) I, a mixture of Eq. (6) and Eq. (9).
+
+    Parameters
+    ----------
+    beams
+        ``(..., C, N)`` complex, sqrt(power), of at most the whole power.
+    share
+        ``(...)``: s, from 0 to 1.
+    power
+        P_T, linear.
+    """
+    sent = directional(beams)
+    if not np.any(share):
+        return sent
+    scale = np.sqrt(1.0 - share)[..., np.newaxis, np.newaxis]
+    probing = sent.probing + (share * power / beams.shape[-1])[..., np.newaxis]
+    return Transmission(scale * sent.beams, sent.antenna_power, probing)
+
+
 def choose(mask: BoolArray, one: Transmission, other: Transmission) -> Transmission:
     """Return one transmission in the trials of a mask ``(...)`` and another in the rest."""
     if mask.all():
@@ -87,6 +110,12 @@ def choose(mask: BoolArray, one: Transmission, other: Transmission) -> Transmiss
         antenna_power=np.where(per_stream, one.antenna_power, other.antenna_power),
         probing=np.where(mask[..., np.newaxis], one.probing, other.probing),
     )
+
+
+def undirected_power(sent: Transmission) -> Array:
+    """Return the power that goes in all directions alike, with data or without: ``(...)``."""
+    power: Array = np.sum(sent.antenna_power, axis=(-2, -1)) + np.sum(sent.probing, axis=-1)
+    return power
 
 
 def radiated_power(sent: Transmission) -> Array:

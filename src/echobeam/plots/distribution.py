@@ -11,7 +11,7 @@ from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series
 from echobeam.plots.source import Source, empty_figure
 from echobeam.schemes.configure import system_for
 from echobeam.simulation.statistics import posterior_errors
-from echobeam.values import Array, Mode
+from echobeam.values import Array, with_beams
 
 _POINTS = 400
 _SHARE = (-0.02, 1.02)
@@ -63,7 +63,7 @@ def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
     frames = sum_rate.reshape(source.trials, -1, source.frame).mean(axis=-1)
     error = posterior_errors(one["estimated"].values, one["truth"].values, POLAR)[..., 0]
     error = np.abs(np.degrees(error[present]))
-    directional = present & (one["mode"].values == Mode.DIRECTIONAL)[..., None]
+    directional = present & with_beams(one["mode"].values)[..., None]
     return frames.ravel(), np.where(np.isfinite(error), error, np.inf), one["rate"].values[
         directional
     ]  # fmt: skip

@@ -150,7 +150,7 @@ def _looks(data: FigureData) -> dict[str, Look]:
 
 def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, Look]) -> dict[str, Artist]:
     """Draw a panel and return the legend entries by name."""
-    axes.set_title(_folded(panel.title, axes.get_window_extent().width / axes.figure.dpi))
+    axes.set_title(_in_lines(panel.title, int(1.2 * _CHARACTERS_PER_INCH * _inches_wide(axes))))
     entries: dict[str, Artist] = {}
     for guide in panel.guides:
         artist = _draw_guide(axes, guide)
@@ -316,6 +316,11 @@ def _folded(text: str, inches: float) -> str:
     if len(text) <= most or "\n" in text:
         return text
     return "\n".join(textwrap.fill(part, most) for part in re.split("(?<=,) ", text))
+
+
+def _in_lines(text: str, most: int) -> str:
+    """Return a text with its lines broken where they are too long."""
+    return "\n".join(textwrap.fill(line, most) for line in text.split("\n"))
 
 
 def _inches_wide(axes: Axes) -> float:

@@ -61,6 +61,7 @@ SCHEME_LOOKS: dict[str, Look] = {
     "temporal": Look(BLUE, "o", "-"),
     "pilot": Look(VERMILION, "s", DASHED),
     "water-filling": Look(GREEN, "^", DASH_DOT),
+    "posterior": Look(PURPLE, "X", "-"),
     "genie": Look(BLACK, "D", DOTTED),
     "omni": Look(SKY, "v", LONG),
     "pilot-needle": Look(ORANGE, "<", DASH_DOT_DOT),
@@ -69,7 +70,6 @@ SCHEME_LOOKS: dict[str, Look] = {
 """Looks of the built-in schemes; users' schemes and variants use those of `_OTHERS`."""
 
 _OTHERS = (
-    Look(PURPLE, "X", "-"),
     Look(ORANGE, "P", SHORT),
     Look(SKY, "p", DASHED),
     Look(BLACK, "*", LONG),

@@ -15,7 +15,7 @@ from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series, grid
 from echobeam.plots.source import Source
 from echobeam.schemes.configure import system_for
 from echobeam.simulation.statistics import cover_centre
-from echobeam.values import Array, BoolArray, ComplexArray, Mode, ModeArray
+from echobeam.values import Array, BoolArray, ComplexArray, Mode, ModeArray, with_beams
 
 DEFAULT_SLOTS = (1, 2, 4, 6, 10)
 """Slots of a frame shown by default: the omni slot, the first directional one, and later ones."""
@@ -64,7 +64,7 @@ def patterns(source: Source) -> FigureData:
     panels = []
     for index in chosen:
         mode = Mode(int(run.mode[index]))
-        directional = mode == Mode.DIRECTIONAL
+        directional = bool(with_beams(run.mode[index]))
         label = f"slot {run.slot[index]}" + ("" if directional else f" ({mode.name.lower()})")
         series = [] if directional else [_level(power)]
         series += [_pattern(run, index, k, array) for k in shown if has_beam(run)[index, k]]
@@ -153,7 +153,7 @@ def _busiest_frame(run: BeamRun) -> tuple[int, int]:
     all slots, is one frame.
     """
     beams = has_beam(run).sum(axis=1)
-    starts = np.flatnonzero(run.mode != Mode.DIRECTIONAL)
+    starts = np.flatnonzero(~with_beams(run.mode))
     bounds = np.unique([0, *starts, len(beams)]) if beams.any() else np.array([0, len(beams)])
     busiest = int(np.argmax(np.add.reduceat(beams, bounds[:-1])))
     return int(bounds[busiest]), int(bounds[busiest + 1])

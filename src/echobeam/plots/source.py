@@ -18,7 +18,7 @@ from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import split
 from echobeam.simulation.statistics import Statistics, needed, of_scheme, sum_rate
 from echobeam.simulation.summary import GENIE, result_statistics
-from echobeam.values import Array, IntArray, Mode
+from echobeam.values import Array, IntArray, with_beams
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -212,8 +212,8 @@ class Source:
         variants = [name for name in self.names if split(name)[0] == "temporal"]
         variants.sort(key=lambda name: name != "temporal")
         self.check("mode")
-        directional = (self.result["mode"] == Mode.DIRECTIONAL).any(("trial", "slot")).values
-        others = (name for name, some in zip(self.names, directional, strict=True) if some)
+        beams = with_beams(self.result["mode"].transpose("scheme", ...).values)
+        others = (name for name, some in zip(self.names, beams, strict=True) if some.any())
         return next(iter(variants), next(others, self.names[0]))
 
     def one_trial(self, *variables: str) -> xr.Dataset:

@@ -9,7 +9,7 @@ import numpy as np
 
 from echobeam.estimation.gaussian import wrap
 from echobeam.physics.polar import POLAR
-from echobeam.reproduction.setups import Variation
+from echobeam.reproduction.setups import Variation, claimed
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.statistics import Statistics
 from echobeam.sweeps.points import Point
@@ -92,7 +92,9 @@ class Results:
         """
         outcomes = []
         for name, own in self.outcomes.items():
-            found = self[variation.named(name)] if name in names else own
-            point = replace(found.point, name=name, schemes=own.point.schemes)
+            found, schemes = own, own.point.schemes
+            if name in names:
+                found, schemes = self[variation.named(name)], claimed(schemes)
+            point = replace(found.point, name=name, schemes=schemes)
             outcomes.append(replace(found, point=point, asked=set()))
         return Results(outcomes, self.trials, self.seed, self.settings)

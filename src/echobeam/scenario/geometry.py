@@ -54,18 +54,25 @@ def check_geometry(scenario: Any) -> None:
     _check_flight(scenario.uav, scenario.frame.slot * scenario.n_slots)
     for number, item in enumerate(scenario.objects):
         _check_on_ground(item, f"objects.{number}")
+    sizes = (scenario.array.rows, scenario.array.columns, *scenario.array.receive_shape)
+    if scenario.unlabelled and 1 in (one or 1 for one in sizes):
+        raise ValueError(
+            'radar.detections: "unlabelled" needs both direction cosines with geometry = "ground"; '
+            "expected a planar array of at least two rows and columns"
+        )
     if scenario.trace is not None:
         raise ValueError('trace: not yet with geometry = "ground"; give [[objects]] a path')
     if scenario.radar.model == "signal":
         _check_signal(scenario)
-    if scenario.unlabelled:
-        raise ValueError(
-            'radar.detections: "unlabelled" is not yet possible with geometry = "ground"'
-        )
 
 
 def _check_signal(scenario: Any) -> None:
     """Refuse what echo signals of a planar array do not have."""
+    if scenario.unlabelled:
+        raise ValueError(
+            'radar.detections: "unlabelled" is not yet possible with radar.model = "signal" and '
+            'geometry = "ground"'
+        )
     if scenario.array.polarisations == 2:
         raise ValueError(
             'array.polarisations: 2 is not accepted with radar.model = "signal"; expected 1'

@@ -7,7 +7,7 @@ and a posterior. The beliefs are of its own type; all that others ask of one is 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -16,6 +16,7 @@ from echobeam.brief import Brief
 from echobeam.faults import InputError, RunError
 from echobeam.physics.coordinates import Geometry
 from echobeam.physics.detection import DetectionLaw
+from echobeam.physics.link import channel_loss
 from echobeam.physics.planar import AntennaArray
 from echobeam.physics.polar import POLAR
 from echobeam.physics.road import ROAD_GEOMETRY
@@ -74,6 +75,8 @@ class System(Brief):
     altitude_std
         Standard deviation of the UAV's known height over the ground under an object, m: of
         altimeter and terrain together.
+    labelled
+        Whether somebody says whose a detection is, and who is there.
     geometry
         Coordinates of states and measurements.
     """
@@ -89,12 +92,34 @@ class System(Brief):
     law_known: bool
     tracks: TracksTable
     altitude_std: float
+    labelled: bool = True
     geometry: Geometry = ROAD_GEOMETRY
 
     @property
     def transmitter(self) -> AntennaArray:
         """The transmit array."""
         return self.law.transmitter
+
+    def loss(self, distance: Array, share: Array | None = None) -> Array:
+        """Return the noise over path gain ``(T, C)`` that beams of the whole power are made for.
+
+        It is `channel_loss`. With a share s of the power in all directions it is
+        (loss + s P_T) / (1 - s): beams that are scaled by the root of 1 - s afterwards then have
+        the SINR that they were made for, exactly.
+
+        Parameters
+        ----------
+        distance
+            ``(T, C)`` m: of each object.
+        share
+            ``(T,)``: s; None for none.
+        """
+        radio = self.radio
+        loss = channel_loss(distance, radio.noise, radio.alpha0)
+        if share is None or not share.any():
+            return loss
+        left = 1.0 - share[:, None]
+        return np.asarray((loss + share[:, None] * radio.power) / left)
 
     @property
     def slot_duration(self) -> float:
@@ -128,6 +153,10 @@ class View(Brief):
         The transmission of this slot, when the scheme is asked to update; None before it decided.
     truth
         True states as tracks; None for every scheme that does not declare itself omniscient.
+    mode
+        ``(T,)`` `Mode` of this slot, when the scheme is asked to update.
+    last_look
+        ``(T,)``: the last slot before this one in which power went in all directions; 0 if none.
     """
 
     slot: int
@@ -139,6 +168,8 @@ class View(Brief):
     normals: Callable[[tuple[int, ...]], Array]
     sent: Transmission | None = None
     truth: Tracks | None = None
+    mode: ModeArray | None = None
+    last_look: IntArray = field(default_factory=lambda: np.zeros(1, dtype=np.int64))
 
     @property
     def n_trials(self) -> int:

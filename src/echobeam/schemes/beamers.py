@@ -12,7 +12,6 @@ from echobeam.beamforming.problem import ProblemBatch
 from echobeam.brief import Brief
 from echobeam.faults import InputError
 from echobeam.physics.coordinates import cover_shape, direction_of, distance_of
-from echobeam.physics.link import channel_loss
 from echobeam.scenario.tables import CoverageTable
 from echobeam.schemes.base import System, View
 from echobeam.schemes.covers import cover_of
@@ -38,12 +37,16 @@ class Aim(Brief):
         direction cosines.
     active
         ``(T,)``: the trials in which beams are sent.
+    share
+        ``(T,)``: part of the power that is taken from the beams and goes in all directions; None
+        for none.
     """
 
     prior: Tracks
     last: Tracks
     spread: Array
     active: BoolArray
+    share: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -81,11 +84,16 @@ def problems_at(
     *,
     min_rate: float,
     warm_start: ComplexArray | None = None,
+    share: Array | None = None,
 ) -> ProblemBatch:
-    """Return problem (38) for a block of trials, ``(T, C)`` objects each at a place."""
+    """Return problem (38) for a block of trials, ``(T, C)`` objects each at a place.
+
+    With a share ``(T,)`` of the power in all directions the beams have to be scaled, see
+    `System.loss`.
+    """
     n_objects = active.shape[-1]
-    radio, axes = system.radio, system.transmitter.axes
-    loss = channel_loss(distance_of(place, axes), radio.noise, radio.alpha0)
+    axes = system.transmitter.axes
+    loss = system.loss(distance_of(place, axes), share)
     return ProblemBatch(
         angles=direction_of(place, axes),
         loss=loss,
@@ -93,7 +101,7 @@ def problems_at(
         active=active & ~np.isinf(loss),
         ripple=np.full(n_objects, system.ripple),
         min_rate=np.full(n_objects, min_rate),
-        power=radio.power,
+        power=system.radio.power,
         array=system.transmitter,
         resolution=system.coverage.resolution,
         warm_start=warm_start,
@@ -146,6 +154,7 @@ class CoverBeamer:
             view.system,
             min_rate=view.system.coverage.min_rate,
             warm_start=warm,
+            share=aim.share,
         )
 
     def beams(self, aim: Aim, view: View) -> Beams:
@@ -171,7 +180,8 @@ class MatchedBeamer:
         """Return the matched beams."""
         tracks, geometry = getattr(aim, self.aim), view.system.geometry
         active = tracks.known & aim.active[:, None]
-        beams = matched_beams(geometry.place(tracks.mean, view.uav), active, view.system)
+        place = geometry.place(tracks.mean, view.uav)
+        beams = matched_beams(place, active, view.system, aim.share)
         return Beams(
             beams,
             np.full((*active.shape, *cover_shape(geometry.axes)), np.nan),

@@ -158,6 +158,7 @@ def system_of(
         law_known=scenario.radar.model == "crb" and scenario.radar.variance == "predicted",
         tracks=scenario.tracks if tracks is None else tracks,
         altitude_std=scenario.uav.altitude_std,
+        labelled=not scenario.unlabelled,
         geometry=geometry_of(scenario),
     )
 
@@ -309,7 +310,7 @@ def _with_parameters(
             except SchemeError as error:
                 faults.append(str(error).removeprefix(f"{label}: "))
     if not faults and isinstance(scheme, SchemeOfParts):
-        faults += misfits(scheme, scenario.geometry)
+        faults += misfits(scheme)
     if faults:
         raise SchemeError("\n".join(f"{label}: {fault}" for fault in faults))
     return scheme, system

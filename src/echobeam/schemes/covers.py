@@ -44,6 +44,24 @@ def cover_of(tracks: Tracks, spread: Array, view: View) -> tuple[Array, BoolArra
     return ellipse(square, view.system)
 
 
+def predicted_spread(mean: Array, cov: Array, view: View) -> Array:
+    """Return the standard deviation of a belief's direction, as `echobeam.schemes.beamers.Aim`.
+
+    Parameters
+    ----------
+    mean, cov
+        ``(..., S)`` and ``(..., S, S)``.
+    view
+        The UAV's knowledge.
+    """
+    geometry = view.system.geometry
+    if not isinstance(geometry, GroundGeometry):
+        return np.asarray(np.sqrt(np.maximum(cov[..., 0, 0], 0.0)))
+    slope = geometry.cosine_jacobian(mean, view.uav)
+    square = np.einsum("...ij,...jk,...ik->...i", slope, cov[..., :2, :2], slope)
+    return np.asarray(np.sqrt(np.maximum(square, 0.0)))
+
+
 def ellipse(square: Array, system: System) -> tuple[Array, BoolArray]:
     """Return the matrices C of the covers x^T C^-1 x <= 1, l^2 times a covariance.
 

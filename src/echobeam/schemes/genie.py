@@ -24,11 +24,18 @@ class TrueTracks:
 
 @dataclass(frozen=True, slots=True)
 class Genie:
-    """Maximum sum rate at the true channel: no omnidirectional slot, no coverage, no floors."""
+    """Maximum sum rate at the true channel: no omnidirectional slot, no coverage.
+
+    Attributes
+    ----------
+    floors
+        Whether it meets the rate floors (38e), as a scheme has to that heeds them.
+    """
 
     parameters: ClassVar[tuple[str, ...]] = ()
 
     name: str = "genie"
+    floors: bool = False
 
     @property
     def omniscient(self) -> bool:
@@ -53,7 +60,7 @@ class Genie:
             np.zeros(cover),
             tracks.known,
             view.system,
-            min_rate=0.0,
+            min_rate=view.system.coverage.min_rate if self.floors else 0.0,
         )
         answer = design_batch(problems)
         return Decision(

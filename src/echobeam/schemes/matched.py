@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.physics.coordinates import direction_of, distance_of
-from echobeam.physics.link import channel_loss
 from echobeam.schemes.base import System
 from echobeam.values import Array, BoolArray, ComplexArray, aligned
 
@@ -37,7 +36,9 @@ def water_filling(floor: Array, active: BoolArray, power: float) -> Array:
     return np.where(active, np.maximum(surface - np.where(active, heights, 0.0), 0.0), 0.0)
 
 
-def matched_beams(place: Array, active: BoolArray, system: System) -> ComplexArray:
+def matched_beams(
+    place: Array, active: BoolArray, system: System, share: Array | None = None
+) -> ComplexArray:
     """Return ``(..., K, N)`` beams w_k = sqrt(p_k / N) a(theta_k), interference ignored.
 
     Of two polarisations the first has all the power: any division of it gives the same.
@@ -46,12 +47,15 @@ def matched_beams(place: Array, active: BoolArray, system: System) -> ComplexArr
     ----------
     place
         ``(..., K, A + 1)`` or more: where the objects are believed to be; ignored where not active.
+    active, system
+        Objects to be served, and the equipment.
+    share
+        ``(...)``: part of the power in all directions, see `System.loss`.
     """
-    array, radio = system.transmitter, system.radio
-    distance = distance_of(place, array.axes)
-    loss = channel_loss(np.where(active, distance, 1.0), radio.noise, radio.alpha0)
+    array = system.transmitter
+    loss = np.where(active, system.loss(distance_of(place, array.axes), share), 1.0)
     seen = active & np.isfinite(loss)
-    power = water_filling(loss / array.elements, seen, radio.power)
+    power = water_filling(loss / array.elements, seen, system.radio.power)
     direction = direction_of(place, array.axes)
     steering = array.steering(np.where(aligned(active, direction), direction, 0.0))
     beams = np.zeros((*active.shape, array.n), dtype=np.complex128)

@@ -23,14 +23,18 @@ from echobeam.values import (
     Mode,
     ModeArray,
     Tracks,
-    Transmission,
     aligned,
+    with_beams,
 )
 
 
 @runtime_checkable
 class Frame(Protocol):
-    """Part that decides when to look around."""
+    """Part that decides when to look around.
+
+    A frame may mix the two: one with an attribute ``share``, a part of the power, may answer
+    `Mode.MIXED`, beams with the rest of it while that part goes in all directions, without data.
+    """
 
     def mode(self, tracks: Tracks, view: View) -> ModeArray:
         """Return ``(T,)`` `Mode`: what each trial does in this slot."""
@@ -128,18 +132,20 @@ class SchemeOfParts:
         """Return the frame's choice of omnidirectional, pilot and directional trials."""
         tracks = prior.tracks
         mode = _call(self.frame, "frame", "mode", tracks, view)
-        check_mode(f"{_name(self.frame, 'frame')}: mode", mode, view.n_trials, MODES)
-        directional = mode == Mode.DIRECTIONAL
+        mixes = hasattr(self.frame, "share")
+        check_mode(f"{_name(self.frame, 'frame')}: mode", mode, view.n_trials, _modes(mixes))
+        directional = with_beams(mode)
+        share = np.where(mode == Mode.MIXED, getattr(self.frame, "share", 0.0), 0.0)
         radio, n_tx = view.system.radio, view.system.transmitter.n
         served = tracks.id != NOBODY
         cover = cover_shape(view.system.geometry.axes)
         covered = np.full((*tracks.id.shape, *cover), np.nan)
         made = Beams(np.zeros((*tracks.id.shape, n_tx)), covered, np.zeros(len(mode), dtype=bool))
         if directional.any():
-            aim = Aim(tracks, prior.last, prior.spread, directional)
+            aim = Aim(tracks, prior.last, prior.spread, directional, share)
             made = _call(self.beamer, "beamer", "beams", aim, view)
             _check_beams(_name(self.beamer, "beamer"), made, (*tracks.id.shape, n_tx), cover)
-        sent: Transmission = transmission.directional(made.beams)
+        sent = transmission.with_probing(made.beams, share, radio.power)
         for label, send in ((Mode.OMNI, transmission.omni), (Mode.PILOT, transmission.pilot)):
             trials = mode == label
             if trials.any():
@@ -178,23 +184,14 @@ class SchemeOfParts:
         return in_order(tracks, view.roster)
 
 
-MODES = (Mode.OMNI, Mode.DIRECTIONAL, Mode.PILOT)
-"""Modes that a frame may choose for a trial; a mixture of them is for whole schemes."""
+def _modes(mixes: bool) -> tuple[Mode, ...]:
+    """Return the modes that a frame may choose for a trial; only some frames mix them."""
+    pure = (Mode.OMNI, Mode.DIRECTIONAL, Mode.PILOT)
+    return (*pure, Mode.MIXED) if mixes else pure
 
 
-def misfits(scheme: SchemeOfParts, geometry: str) -> list[str]:
-    """Return why the parts of a scheme do not go together, in words; nothing if they do.
-
-    A part may say in ``geometries`` which ones it is made for; else it is for all.
-    """
-    for kind in ("tracker", "beamer"):
-        part = getattr(scheme, kind)
-        made_for = getattr(part, "geometries", (geometry,))
-        if geometry not in made_for:
-            return [
-                f'{_name(part, kind)} is not yet made for geometry = "{geometry}"; expected '
-                f"{' or '.join(made_for)}"
-            ]
+def misfits(scheme: SchemeOfParts) -> list[str]:
+    """Return why the parts of a scheme do not go together, in words; nothing if they do."""
     fits = getattr(scheme.tracker, "predicts", True) or not getattr(
         scheme.frame, "directional", True
     )

@@ -10,7 +10,6 @@ import numpy as np
 from echobeam.beamforming.expected.beliefs import BeliefBatch, check_least_snr, check_outage
 from echobeam.beamforming.expected.design import design_expected
 from echobeam.physics.coordinates import cover_shape
-from echobeam.physics.link import channel_loss
 from echobeam.physics.plane import GroundGeometry
 from echobeam.schemes.base import View
 from echobeam.schemes.beamers import Aim, Beams, Target
@@ -57,7 +56,7 @@ class PosteriorBeamer:
         """Return the beliefs of a slot, started from the last slot's beams."""
         tracks, system = getattr(aim, self.aim), view.system
         active = tracks.known & aim.active[:, None]
-        radio, geometry = system.radio, system.geometry
+        geometry = system.geometry
         if isinstance(geometry, GroundGeometry):
             belief = cosine_belief(tracks, geometry, view.uav)
             mean, deviation, stretch = belief.mean, belief.axes, belief.stretch
@@ -69,11 +68,11 @@ class PosteriorBeamer:
         return BeliefBatch(
             angles=mean,
             deviation=deviation,
-            loss=channel_loss(distance, radio.noise, radio.alpha0),
+            loss=system.loss(distance, aim.share),
             stretch=stretch,
             active=active,
             min_rate=np.full(active.shape[-1], system.coverage.min_rate),
-            power=radio.power,
+            power=system.radio.power,
             array=system.transmitter,
             outage=self.outage,
             least_snr=self.least_snr,

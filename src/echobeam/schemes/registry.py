@@ -24,6 +24,11 @@ BUILT_IN: dict[str, tuple[str, str, str]] = {
     "pilot-needle": ("pilot", "PILOT_NEEDLE", "pilot slot, then matched beams, held"),
     "pilot-predict": ("pilot", "PILOT_PREDICT", "pilot slot, then dead-reckoned coverage beams"),
     "water-filling": ("water_filling", "WATER_FILLING", "tracked, matched beams, water-filling"),
+    "posterior": (
+        "posterior",
+        "POSTERIOR",
+        "tracked on the ground, beams for the belief, looks when they pay",
+    ),
     "genie": ("genie", "Genie", "knows the truth: an upper reference"),
     "omni": ("omni", "OMNI", "every slot omnidirectional"),
 }
@@ -34,6 +39,8 @@ PARTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "clocked": ("frames", "ClockedFrame", "omnidirectional slot, then directional ones"),
         "pilot": ("frames", "PilotFrame", "pilot slot without data, then directional ones"),
         "omni": ("frames", "OmniFrame", "omnidirectional slots only"),
+        "adaptive": ("adaptive_frames", "AdaptiveFrame", "omnidirectional slots when they pay"),
+        "probing": ("adaptive_frames", "ProbingFrame", "beams, with power spread out when it pays"),
     },
     "tracker": {
         "ekf": (

@@ -16,21 +16,19 @@ import numpy as np
 from echobeam.brief import Brief
 from echobeam.physics import transmission
 from echobeam.physics.array import LinearArray
-from echobeam.physics.measurement import measured_place
-from echobeam.physics.polar import POLAR
+from echobeam.physics.coordinates import direction_of, spread_shape
 from echobeam.schemes.base import Decision, View, no_tracks, reported
-from echobeam.schemes.models import motion_of
+from echobeam.schemes.covers import predicted_spread
+from echobeam.schemes.heights import depth_of
+from echobeam.schemes.models import first_state, measurement_of, motion_of
 from echobeam.schemes.parts import PartsBelief, SchemeOfParts, in_order
 from echobeam.schemes.shared import share
 from echobeam.schemes.trackers import ExtendedKalman
 from echobeam.tracking import bank as banks
 from echobeam.tracking import filter as ekf
 from echobeam.tracking.bank import Bank, LifeRules
-from echobeam.tracking.initial import initial_state
-from echobeam.tracking.polar import PolarMeasurement
 from echobeam.tracking.unlabelled import Scan
 from echobeam.tracking.unlabelled import update as update_unlabelled
-from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import (
     NOBODY,
     Array,
@@ -42,6 +40,8 @@ from echobeam.values import (
     Status,
     Tracks,
     Transmission,
+    aligned,
+    with_beams,
 )
 
 LIT = 0.5
@@ -122,9 +122,11 @@ class Unlabelled:
         """Return no tracks."""
         table = view.system.tracks
         held = table.hypotheses if table.association == "mht" else 1
-        bank = banks.empty(view.n_trials, table.capacity, POLAR.size, held)
+        geometry = view.system.geometry
+        shape = spread_shape(geometry.axes)
+        bank = banks.empty(view.n_trials, table.capacity, geometry.space.size, held, shape)
         own = None if self._kalman else self.scheme.tracker.start(_among(bank, view))
-        nothing = no_tracks(bank.id)
+        nothing = no_tracks(bank.id, geometry.space.size)
         return UnlabelledBelief(bank, own, nothing, nothing)
 
     def predict(self, belief: UnlabelledBelief, view: View) -> UnlabelledBelief:
@@ -142,13 +144,13 @@ class Unlabelled:
         id, among = prior.bank.id, _among(prior.bank, view)
         last = in_order(prior.last, id)
         aim = getattr(self.scheme.beamer, "aim", "prior")
-        sharing = share(prior.tracks if aim == "prior" else last, view.system)
+        sharing = share(prior.tracks if aim == "prior" else last, view.system, view.uav)
         width = view.system.coverage.width
         parts = PartsBelief(
             prior.own,
             sharing.applied(prior.tracks, width),
             sharing.applied(last, width),
-            sharing.spread(_spread(prior), width),
+            sharing.spread(_spread(prior, view), width),
         )
         decision = self.scheme.transmit(parts, among)
         mode = self._mode(prior, decision.mode)
@@ -157,7 +159,7 @@ class Unlabelled:
         radio, n_tx = view.system.radio, view.system.transmitter.n
         probing = transmission.omni(nobody, radio.power, n_tx)
         sent = transmission.choose(searching, probing, decision.sent)
-        beams = (mode == Mode.DIRECTIONAL)[:, None]
+        beams = with_beams(mode)[:, None]
         # There is no beam to share in an omnidirectional slot: every track has a stream.
         apart = (mode == Mode.OMNI) & sharing.follows.any(axis=-1)
         if apart.any():
@@ -177,29 +179,27 @@ class Unlabelled:
     ) -> UnlabelledBelief:
         """Return the posterior: tracks updated, confirmed and ended, and new ones."""
         bank, among, system = prior.bank, _among(prior.bank, view), view.system
-        mode = self._mode(prior, self.scheme.frame.mode(prior.tracks, among))
+        mode = view.mode
+        assert mode is not None
         receives = self._receives(mode, among)
-        seen = _probability(view, bank.state.mean) * receives[:, None, None]
-        model = PolarMeasurement(system.radio.carrier)
+        seen = _probability(view, _places(bank.state.mean, view)) * receives[:, None, None]
+        model, geometry = measurement_of(system), system.geometry
         associated = update_unlabelled(
             bank.state,
             prior.memory,
             _scan(detections, seen, bank.state.mean, view),
             model,
             view.uav,
-            POLAR,
+            geometry.space,
         )
         taken = associated.taken
-        sigma = np.sqrt(detections.variance[..., 0])
+        sigma = np.sqrt(direction_of(detections.variance, geometry.axes))
         spread = _chosen(sigma, taken, bank.spread)
         if self._kalman:  # as with labels: (38f) has the bound of the last directional slot
-            spread = np.where((mode == Mode.OMNI)[:, None], bank.spread, spread)
+            spread = np.where(aligned(mode == Mode.OMNI, spread), bank.spread, spread)
         updated = replace(bank, state=associated.state, spread=spread)
         updated = banks.pruned(banks.aged(updated, taken >= 0, seen[:, 0] >= LIT, rules(view)))
-        first = initial_state(
-            detections.value, detections.variance, model, view.uav,
-            system.filter.velocity_prior or None,
-        )  # fmt: skip
+        first = first_state(detections.value, detections.variance, view)
         new = associated.free & _believed(detections, view)
         begun, source = banks.with_births(
             updated, bank.id == NOBODY, first, new, sigma, rules(view)
@@ -219,7 +219,7 @@ class Unlabelled:
         """Return the mode of each trial: one without tracks looks for objects."""
         alone = (prior.bank.id == NOBODY).all(axis=-1)
         looks = getattr(self.scheme.frame, "looks", Mode.OMNI)
-        return np.where(alone & (decided == Mode.DIRECTIONAL), looks, decided).astype(np.int8)
+        return np.where(alone & with_beams(decided), looks, decided).astype(np.int8)
 
     def _receives(self, mode: ModeArray, view: View) -> BoolArray:
         """Return ``(T,)``: whether the frame has the radar on in the slot.
@@ -256,29 +256,30 @@ def _reported(own: Any, bank: Bank, call: str, roster: IntArray) -> Tracks:
     )
 
 
-def _spread(prior: UnlabelledBelief) -> Array:
-    """Return ``(T, C)`` rad: the deviation that (38f) covers.
+def _spread(prior: UnlabelledBelief, view: View) -> Array:
+    """Return ``(T, C)`` rad, or ``(T, C, 2)`` direction cosines: the deviation that (38f) covers.
 
     It is that of the last measurement, as the paper has it, or that of the prediction where this
     is larger: a track that is coasting or whose detection is in doubt is known less well.
     """
-    predicted = np.sqrt(np.maximum(prior.bank.state.cov[:, 0, :, 0, 0], 0.0))
+    state = prior.bank.state
+    predicted = predicted_spread(state.mean[:, 0], state.cov[:, 0], view)
     spread: Array = np.fmax(prior.bank.spread, predicted)
     return spread
 
 
-def _at(law: Callable[[Transmission, Array], Array], view: View, state: Array) -> Array:
-    """Return a law of what was sent at states ``(T, ..., S)``."""
+def _at(law: Callable[[Transmission, Array], Array], view: View, place: Array) -> Array:
+    """Return a law of what was sent at places ``(T, ..., P)``."""
     assert view.sent is not None
-    flat = state.reshape(len(state), -1, state.shape[-1])
+    flat = place.reshape(len(place), -1, place.shape[-1])
     with np.errstate(all="ignore"):  # unknown tracks
         values = law(view.sent, flat)
-    return values.reshape(*state.shape[:-1], *values.shape[2:])
+    return values.reshape(*place.shape[:-1], *values.shape[2:])
 
 
-def _probability(view: View, state: Array) -> Array:
-    """Return the probability of detection ``(T, ...)`` at states ``(T, ..., S)``; 0 where NaN."""
-    snr = _at(view.system.law.snr, view, state)
+def _probability(view: View, place: Array) -> Array:
+    """Return the probability of detection ``(T, ...)`` at places ``(T, ..., P)``; 0 where NaN."""
+    snr = _at(view.system.law.snr, view, place)
     return view.system.detection.probability(np.nan_to_num(snr, nan=0.0))
 
 
@@ -296,7 +297,7 @@ def _scan(detections: Detections, seen: Array, state: Array, view: View) -> Scan
         valid=detections.valid,
         mirror=mirror,
         probability=seen,
-        density=law.density(detections.value[..., 0]),
+        density=law.density(direction_of(detections.value, system.geometry.axes)),
         density_without_angle=law.density_without_angle,
         gate=table.gate,
         method=table.association,
@@ -314,10 +315,10 @@ def _predicted_variance(detections: Detections, state: Array, view: View) -> Arr
     system = view.system
     if not system.law_known:
         return None
-    variance = _at(system.law.variance, view, state)[..., None, :]
+    variance = _at(system.law.variance, view, _places(state, view))[..., None, :]
     if system.detection.fluctuation.steady:
         return variance
-    plain = _at(system.law.variance, view, measured_place(detections.value))
+    plain = _at(system.law.variance, view, system.geometry.measured_place(detections.value))
     with np.errstate(invalid="ignore"):
         scale = np.where(detections.valid[..., None], detections.variance / plain, 1.0)
     return variance * scale[:, None, None]
@@ -329,26 +330,30 @@ def _believed(detections: Detections, view: View) -> BoolArray:
     They are where an echo is possible, and on the ground: the UAV knows its height, and the noise
     does not.
     """
-    value, variance = detections.value, detections.variance
-    angle, distance = value[..., 0], 0.5 * SPEED_OF_LIGHT * value[..., 1]
-    error = distance * np.sin(angle) - view.uav.position[2]
-    square = (distance * np.cos(angle)) ** 2 * variance[..., 0]
-    square += (0.5 * SPEED_OF_LIGHT * np.sin(angle)) ** 2 * variance[..., 1]
-    ground = np.abs(error) <= GROUND_STDS * np.sqrt(square)
+    geometry = view.system.geometry
+    depth, square = depth_of(detections.value, detections.variance, geometry)
+    ground = np.abs(depth - view.uav.position[2]) <= GROUND_STDS * np.sqrt(square)
     believed: BoolArray = (
         detections.valid
         & ground
-        & (_probability(view, measured_place(detections.value)) >= LEAST_PROBABILITY)
+        & (_probability(view, geometry.measured_place(detections.value)) >= LEAST_PROBABILITY)
     )
     return believed
 
 
+def _places(state: Array, view: View) -> Array:
+    """Return the places ``(T, ..., P)`` of states ``(T, ..., S)``."""
+    with np.errstate(invalid="ignore"):  # unknown tracks
+        return view.system.geometry.place(state, view.uav)
+
+
 def _chosen(values: Array, taken: IntArray, otherwise: Array) -> Array:
-    """Return each track's value ``(T, C)`` of those of the detections ``(T, D)``."""
-    if values.shape[-1] == 0:
+    """Return each track's value ``(T, C, ...)`` of those of the detections ``(T, D, ...)``."""
+    if values.shape[1] == 0:
         return otherwise
-    own = np.take_along_axis(values, np.maximum(taken, 0), axis=-1)
-    return np.where(taken >= 0, own, otherwise)
+    found = aligned(taken >= 0, otherwise)
+    own = np.take_along_axis(values, np.maximum(taken, 0).reshape(found.shape), axis=1)
+    return np.where(found, own, otherwise)
 
 
 def _given(detections: Detections, taken: IntArray, roster: IntArray) -> Detections:

@@ -13,10 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from echobeam.physics.array import LinearArray
 from echobeam.physics.detection import DetectionLaw
 from echobeam.physics.fluctuation import STEADY
-from echobeam.physics.measurement import measured_place
-from echobeam.physics.planar import linear
 from echobeam.schemes.base import Decision
 from echobeam.schemes.configure import detection_of
 from echobeam.sensing.directions import angle_of, mirrored
@@ -67,8 +66,9 @@ def _at_bound(world: World, decision: Decision, receives: BoolArray) -> tuple[De
     scenario, law, sent = world.scene.scenario, world.scene.law, decision.sent
     seen = detection_of(scenario)
     draws = (world.seed, world.trials, world.slot)
-    shape = (len(world.trials), *world.state.shape[1:])
-    place = np.broadcast_to(world.place, shape)
+    geometry, here = world.scene.geometry, world.place
+    shape = (len(world.trials), *here.shape[1:])
+    place = np.broadcast_to(here, shape)
     amplitude = fluctuation(world)
     with np.errstate(invalid="ignore"):
         snr = law.snr(sent, place) * np.abs(amplitude) ** 2
@@ -77,18 +77,19 @@ def _at_bound(world: World, decision: Decision, receives: BoolArray) -> tuple[De
     probability = constant.probability(np.nan_to_num(snr, nan=0.0))
     luck = _uniform(object_normals(*draws, Use.DETECTION, world.identity, 1)[..., 0])
     truth = world.ideal()
-    inside = (truth[..., 1] < seen.longest) & (np.abs(truth[..., 2]) < seen.widest)
+    delay, doppler = truth[..., geometry.axes], truth[..., geometry.axes + 1]
+    inside = (delay < seen.longest) & (np.abs(doppler) < seen.widest)
     found = world.present & inside & (luck < probability) & receives[:, None]
     variance = law.variance(sent, place, snr)
     found &= np.isfinite(variance).all(axis=-1)
-    normals = object_normals(*draws, Use.MEASUREMENT, world.identity, shape[-1])
+    normals = object_normals(*draws, Use.MEASUREMENT, world.identity, variance.shape[-1])
     noise = np.sqrt(np.where(found[..., None], variance, 0.0)) * normals
     value = np.where(found[..., None], truth + noise, np.nan)
     variance = np.where(found[..., None], variance, np.inf)
     false, more = _false(world, seen, receives)
     everything = np.concatenate([_folded(value, seen), false], axis=1)
     own_strength = np.broadcast_to(np.abs(amplitude) ** 2, shape[:2])
-    strength = _exceeding(seen, law.snr(sent, measured_place(false)), more[..., 0])
+    strength = _exceeding(seen, law.snr(sent, geometry.measured_place(false)), more[..., 0])
     strength = np.concatenate([own_strength, strength], axis=1)
     stated = _law_at(world, decision, everything, strength)
     if scenario.radar.variance == "known":
@@ -120,9 +121,9 @@ def _exceeding(law: DetectionLaw, snr: Array, luck: Array) -> Array:
 
 
 def _law_at(world: World, decision: Decision, value: Array, strength: Array) -> Array:
-    """Return the law of the variance at measured places ``(T, D, 3)``; infinite where NaN."""
+    """Return the law of the variance of measurements ``(T, D, M)``; infinite where NaN."""
     law, sent = world.scene.law, decision.sent
-    place = measured_place(value)
+    place = world.scene.geometry.measured_place(value)
     with np.errstate(all="ignore"):
         snr = law.snr(sent, place) * strength
         variance = law.variance(sent, place, snr)
@@ -132,36 +133,47 @@ def _law_at(world: World, decision: Decision, value: Array, strength: Array) -> 
 
 def _folded(value: Array, law: DetectionLaw) -> Array:
     """Return measurements of which a vertical array gives the angle below 90 degrees."""
-    angle = mirrored(linear(law.receiver), value[..., 0], np.zeros(1))
+    if not isinstance(law.receiver, LinearArray):
+        return value
+    angle = mirrored(law.receiver, value[..., 0], np.zeros(1))
     return np.concatenate([angle[..., None], value[..., 1:]], axis=-1)
 
 
 def _false(world: World, law: DetectionLaw, receives: BoolArray) -> tuple[Array, Array]:
-    """Return false detections ``(T, F, 3)``, uniform over what is searched; NaN for none.
+    """Return false detections ``(T, F, M)``, uniform over what is searched; NaN for none.
 
-    Their number is drawn from Poisson's law. The second are standard normals ``(T, F, 4)`` for
+    Their number is drawn from Poisson's law. The second are standard normals ``(T, F, M + 1)`` for
     what else is drawn of each.
     """
     from scipy.stats import poisson
 
-    mean = law.mean_false
+    mean, size = law.mean_false, law.receiver.axes + 2
     most = _most(mean)
-    draws = trial_normals(world.seed, world.trials, world.slot, Use.FALSE_ALARM, (1 + 7 * most,))
-    uniform = _uniform(draws[:, : 1 + 3 * most])
+    each = 1 + (2 * size + 1) * most
+    draws = trial_normals(world.seed, world.trials, world.slot, Use.FALSE_ALARM, (each,))
+    uniform = _uniform(draws[:, : 1 + size * most])
     count = poisson.ppf(uniform[:, 0], mean) if mean > 0.0 else np.zeros(len(draws))
-    place = uniform[:, 1:].reshape(len(draws), most, 3)
-    low, high = law.directions
+    place = uniform[:, 1:].reshape(len(draws), most, size)
     value = np.stack(
         [
-            angle_of(linear(law.receiver), low + (high - low) * place[..., 0]),
-            law.longest * place[..., 1],
-            law.widest * (2.0 * place[..., 2] - 1.0),
+            *_directions(law, place),
+            law.longest * place[..., -2],
+            law.widest * (2.0 * place[..., -1] - 1.0),
         ],
         axis=-1,
     )
     there = (np.arange(most) < count[:, None]) & receives[:, None]
-    more = draws[:, 1 + 3 * most :].reshape(len(draws), most, 4)
+    more = draws[:, 1 + size * most :].reshape(len(draws), most, size + 1)
     return np.where(there[..., None], value, np.nan), more
+
+
+def _directions(law: DetectionLaw, uniform: Array) -> list[Array]:
+    """Return components of directions that are uniform over what the array tells apart."""
+    if isinstance(law.receiver, LinearArray):
+        low, high = law.directions
+        return [angle_of(law.receiver, low + (high - low) * uniform[..., 0])]
+    radius, turn = np.sqrt(uniform[..., 0]), 2.0 * np.pi * uniform[..., 1]
+    return [radius * np.cos(turn), radius * np.sin(turn)]
 
 
 @cache
@@ -186,7 +198,7 @@ def in_order(value: Array, variance: Array) -> Detections:
     no trial needs.
     """
     valid = np.isfinite(value).all(axis=-1) & np.isfinite(variance).all(axis=-1)
-    order: IntArray = np.argsort(np.where(valid, value[..., 1], np.inf), axis=-1, kind="stable")
+    order: IntArray = np.argsort(np.where(valid, value[..., -2], np.inf), axis=-1, kind="stable")
     order = order[:, : int(valid.sum(axis=-1).max(initial=0))]
     valid = np.take_along_axis(valid, order, axis=-1)
     value = np.take_along_axis(value, order[..., None], axis=-2)

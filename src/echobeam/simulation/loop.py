@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from echobeam.brief import html_table
+from echobeam.physics.transmission import undirected_power
 from echobeam.schemes.answers import check_identities, check_tracks
 from echobeam.schemes.base import Decision, SchemeError, SchemeRunError, View, reported
 from echobeam.schemes.configure import ConfiguredScheme
@@ -20,7 +21,7 @@ from echobeam.simulation.detections import Sensed, detect
 from echobeam.simulation.examine import examine_decision
 from echobeam.simulation.randomness import SchemeNormals, Use, scheme_key
 from echobeam.simulation.receiver import by_identity, receive
-from echobeam.simulation.scoring import about_objects, scored, unscored
+from echobeam.simulation.scoring import about_objects, axis_of, scored, unscored
 from echobeam.simulation.sensor import sense
 from echobeam.simulation.world import World
 from echobeam.values import (
@@ -35,6 +36,7 @@ from echobeam.values import (
     Status,
     Tracks,
     freeze,
+    with_beams,
 )
 
 
@@ -117,10 +119,11 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
         If the scheme raises, or its answer is not what the contract asks for.
     """
     uav_before, memory = world.uav, None
+    last_look = np.zeros(len(world.trials), dtype=np.int64)
     belief: Any = None
     score = None if _by_label(world, configured) else unscored(len(world.trials))
     for slot in range(world.scene.scenario.n_slots):
-        view = _view(world, configured, uav_before, memory)
+        view = _view(world, configured, uav_before, memory, last_look)
         if slot == 0:
             belief = _ask(configured, "start", world, view)
         prior = _ask(configured, "predict", world, belief, view)
@@ -129,13 +132,18 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
         owner = decision.addressee if score is None else score.of(decision.addressee)
         link = world.link(decision, owner)
         detections, sensed = _sense(world, decision, predicted, labels=score is None)
-        view = replace(view, sent=decision.sent, normals=_normals(world, Use.SCHEME_UPDATE))
+        view = replace(
+            view,
+            sent=decision.sent,
+            mode=decision.mode,
+            normals=_normals(world, Use.SCHEME_UPDATE),
+        )
         belief = _ask(configured, "update", world, prior, detections, view)
         estimated = _tracks(configured, belief, "update", world)
         roster = _identities(world)
         reports, about = estimated, estimated.id
         if score is not None:
-            truth, identity, axis = world.state, world.identity, configured.system.array.axis
+            truth, identity, axis = world.state, world.identity, axis_of(world.scene.scenario)
             predicted = about_objects(predicted, score, truth, identity, world.uav, axis)
             score = scored(estimated, truth, identity, score, axis)
             about = score.identity
@@ -172,6 +180,7 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
             **own,
         )
         uav_before, memory = world.uav, decision.memory
+        last_look = np.where(undirected_power(decision.sent) > 0.0, slot + 1, last_look)
         if slot + 1 < world.scene.scenario.n_slots:
             world = world.advance()
 
@@ -223,12 +232,14 @@ def _shared(decision: Decision, owner: IntArray, roster: IntArray) -> BoolArray:
     return np.asarray(_for_objects(owner, roster, shared, False))
 
 
-def _view(world: World, configured: ConfiguredScheme, uav_before: Any, memory: Any) -> View:
+def _view(
+    world: World, configured: ConfiguredScheme, uav_before: Any, memory: Any, last_look: IntArray
+) -> View:
     """Return the knowledge of the UAV; the truth only for a scheme that declares to see it."""
     by_label = _by_label(world, configured)
     # Not a slice: whoever looks behind one finds the whole array.
     roster = _identities(world) if by_label else np.zeros((len(world.trials), 0), dtype=np.int64)
-    freeze(roster)
+    freeze(roster, last_look)
     return View(
         slot=world.slot + 1,
         uav=world.uav,
@@ -237,6 +248,7 @@ def _view(world: World, configured: ConfiguredScheme, uav_before: Any, memory: A
         roster=roster,
         memory=memory,
         normals=_normals(world, Use.SCHEME),
+        last_look=last_look,
         truth=_true_tracks(world, roster) if configured.scheme.omniscient else None,
     )
 
@@ -337,7 +349,7 @@ def _decide(
     with _Answering(configured, "transmit", world):
         examine_decision(configured.name, decision, predicted, view)
     freeze(decision.sent.beams)
-    timed = bool((decision.mode == Mode.DIRECTIONAL).any()) and not first_decision(configured.name)
+    timed = bool(with_beams(decision.mode).any()) and not first_decision(configured.name)
     return decision, seconds if timed else np.nan
 
 
@@ -374,7 +386,7 @@ def _beams(decision: Decision, owner: IntArray, roster: IntArray) -> ComplexArra
     """Return the beam for each object: zero if none, NaN in omnidirectional and pilot slots."""
     sent = _carried(decision, decision.sent.beams)
     beams: ComplexArray = _for_objects(owner, roster, sent, 0.0)
-    directional = (decision.mode != Mode.OMNI) & (decision.mode != Mode.PILOT)
+    directional = with_beams(decision.mode)
     if directional.all():
         return beams
     return np.where(directional[:, None, None], beams, complex(np.nan, np.nan))

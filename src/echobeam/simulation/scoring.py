@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from echobeam.estimation.matching import UNMATCHED, match
+from echobeam.scenario.model import Scenario
 from echobeam.values import NOBODY, Array, Axis, IntArray, Status, Tracks, UavState
 
 CUTOFF = 10.0
@@ -52,24 +53,34 @@ def unscored(trials: int) -> Score:
     return Score(nobody, nobody)
 
 
-def place(state: Array, axis: Axis) -> Array:
+def axis_of(scenario: Scenario) -> Axis | None:
+    """Return the axis of an array above a road, for which places are scored; None on the ground."""
+    return scenario.array.axis if scenario.geometry == "road" else None
+
+
+def place(state: Array, axis: Axis | None) -> Array:
     """Return places ``(..., 2)`` m of states ``(..., S)``: along the road and down from the UAV.
 
-    A vertical array cannot tell theta from pi - theta: both are one place.
+    A vertical array cannot tell theta from pi - theta: both are one place. On the ground, where
+    there is no axis, they are x and y.
     """
+    if axis is None:
+        return state[..., :2]
     along = state[..., 1] * np.cos(state[..., 0])
     along = np.abs(along) if axis == "vertical" else along
     return np.stack([along, state[..., 1] * np.sin(state[..., 0])], axis=-1)
 
 
-def distances(tracks: Array, truth: Array, axis: Axis) -> Array:
+def distances(tracks: Array, truth: Array, axis: Axis | None) -> Array:
     """Return the distances ``(..., C, K)`` m of states ``(..., C, S)`` and ``(..., K, S)``."""
     apart = place(tracks, axis)[..., :, None, :] - place(truth, axis)[..., None, :, :]
     distance: Array = np.hypot(apart[..., 0], apart[..., 1])
     return distance
 
 
-def scored(tracks: Tracks, truth: Array, identity: IntArray, before: Score, axis: Axis) -> Score:
+def scored(
+    tracks: Tracks, truth: Array, identity: IntArray, before: Score, axis: Axis | None
+) -> Score:
     """Return which object each track is about.
 
     Parameters
@@ -81,7 +92,7 @@ def scored(tracks: Tracks, truth: Array, identity: IntArray, before: Score, axis
     before
         Score of the slot before.
     axis
-        The array's.
+        The array's, see `axis_of`.
     """
     there = np.broadcast_to(identity != NOBODY, (len(tracks.id), identity.size))
     known = tracks.known
@@ -97,7 +108,7 @@ def scored(tracks: Tracks, truth: Array, identity: IntArray, before: Score, axis
 
 
 def about_objects(
-    tracks: Tracks, score: Score, truth: Array, identity: IntArray, uav: UavState, axis: Axis
+    tracks: Tracks, score: Score, truth: Array, identity: IntArray, uav: UavState, axis: Axis | None
 ) -> Tracks:
     """Return tracks with the identities of their objects, on the side where these are.
 

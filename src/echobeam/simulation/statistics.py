@@ -23,7 +23,7 @@ from echobeam.schemes.configure import geometry_of, system_for
 from echobeam.schemes.models import measurement_model
 from echobeam.simulation.bound import bound_terms, flown
 from echobeam.simulation.track_statistics import NEEDED_OF_TRACKS, track_statistics
-from echobeam.values import Array, BoolArray, Mode, StateSpace
+from echobeam.values import Array, BoolArray, StateSpace, with_beams
 
 Statistics = dict[str, Array]
 
@@ -214,7 +214,7 @@ def _coverage(scenario: Scenario, name: str) -> CoverageTable:
 
 def _directional(arrays: Arrays) -> BoolArray:
     """Return ``(scheme, trial, slot, 1)``: whether beams are sent."""
-    directional: BoolArray = np.asarray(arrays["mode"] == Mode.DIRECTIONAL)[..., None]
+    directional: BoolArray = with_beams(np.asarray(arrays["mode"]))[..., None]
     return directional
 
 

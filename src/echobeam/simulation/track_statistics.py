@@ -16,8 +16,8 @@ from echobeam.estimation.continuity import (
 )
 from echobeam.estimation.set_distance import gospa, ospa
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.scoring import CUTOFF, distances
-from echobeam.values import NOBODY, Array, BoolArray, IntArray, Mode, Status
+from echobeam.simulation.scoring import CUTOFF, axis_of, distances
+from echobeam.values import NOBODY, Array, BoolArray, IntArray, Status, with_beams
 
 ORDER = 2.0
 """Order p of GOSPA and OSPA, which is the usual one; their cutoff c is that of the scores."""
@@ -99,7 +99,7 @@ def _of_scheme(arrays: Arrays, index: int, scenario: Scenario) -> dict[str, Arra
 def _set_distances(
     confirmed: BoolArray, state: Array, truth: Array, present: BoolArray, scenario: Scenario
 ) -> dict[str, Array]:
-    apart = distances(state, truth, scenario.array.axis)
+    apart = distances(state, truth, axis_of(scenario))
     apart = np.where(np.isfinite(apart), apart, CUTOFF)
     found = gospa(apart, confirmed, present, CUTOFF, ORDER)
     return {
@@ -133,7 +133,7 @@ def _wasted(arrays: Arrays, index: int, power: float) -> Array:
     sharers = np.maximum(alike.sum(axis=-1), 1)  # a shared beam is sent once
     useful = np.minimum((own / sharers).sum(axis=-1, keepdims=True) / power, 1.0)
     useful = np.where(useful > 1.0 - ROUNDING, 1.0, useful)
-    directional = np.asarray(arrays["mode"][index])[..., None] == Mode.DIRECTIONAL
+    directional = with_beams(np.asarray(arrays["mode"][index]))[..., None]
     with np.errstate(divide="ignore", invalid="ignore"):
         more = np.log1p(sinr / useful) - np.log1p(sinr)
     lost = np.where(directional & (useful > 0.0), more / sharers, 0.0) / np.log(2.0)

@@ -22,6 +22,7 @@ from echobeam.values import (
     ModeArray,
     Status,
     Tracks,
+    aligned,
 )
 
 
@@ -59,7 +60,8 @@ class Bank(Brief):
     missed
         ``(T, C)``: lit slots in a row without a detection.
     spread
-        ``(T, C)`` rad: standard deviation of the last measured angle.
+        ``(T, C)`` rad: standard deviation of the last measured angle, or ``(T, C, 2)`` of two
+        direction cosines.
     next_id
         ``(T, C)``: identity of the next track in each column.
     """
@@ -87,8 +89,13 @@ class Bank(Brief):
         return Tracks(mean, cov, status, np.where(known, self.id, NOBODY))
 
 
-def empty(trials: int, columns: int, size: int, hypotheses: int = 1) -> Bank:
-    """Return a bank without tracks; ``size`` is the number of components of a state."""
+def empty(
+    trials: int, columns: int, size: int, hypotheses: int = 1, spread: tuple[int, ...] = ()
+) -> Bank:
+    """Return a bank without tracks.
+
+    ``size`` is the number of components of a state, ``spread`` the shape of a direction's.
+    """
     shape = (trials, columns)
     return Bank(
         state=GaussianState(
@@ -101,7 +108,7 @@ def empty(trials: int, columns: int, size: int, hypotheses: int = 1) -> Bank:
         hits=np.zeros(shape, dtype=np.int64),
         tried=np.zeros(shape, dtype=np.int64),
         missed=np.zeros(shape, dtype=np.int64),
-        spread=np.full(shape, np.nan),
+        spread=np.full((*shape, *spread), np.nan),
         next_id=np.tile(np.arange(columns), (trials, 1)),
     )
 
@@ -160,7 +167,7 @@ def with_births(
     new
         ``(T, D)``: which of them begin a track; where columns are short, the first ones do.
     spread
-        ``(T, D)`` rad: standard deviation of the measured angle.
+        ``(T, D)`` rad: standard deviation of the measured angle, or ``(T, D, 2)`` of two cosines.
     rules
         Rules of life: one detection may be enough.
 
@@ -196,7 +203,11 @@ def with_births(
         hits=np.where(begins, 1, bank.hits),
         tried=np.where(begins, 1, bank.tried),
         missed=np.where(begins, 0, bank.missed),
-        spread=np.where(begins, np.take_along_axis(spread, index, axis=1), bank.spread),
+        spread=np.where(
+            aligned(begins, bank.spread),
+            np.take_along_axis(spread, index.reshape(aligned(begins, spread).shape), axis=1),
+            bank.spread,
+        ),
         next_id=np.where(begins, highest + np.cumsum(begins, axis=-1), bank.next_id),
     )
     return begun, source
@@ -218,5 +229,5 @@ def _without(bank: Bank, gone: BoolArray) -> Bank:
         hits=np.where(gone, 0, bank.hits),
         tried=np.where(gone, 0, bank.tried),
         missed=np.where(gone, 0, bank.missed),
-        spread=np.where(gone, np.nan, bank.spread),
+        spread=np.where(aligned(gone, bank.spread), np.nan, bank.spread),
     )

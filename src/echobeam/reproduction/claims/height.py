@@ -16,7 +16,7 @@ from echobeam.reproduction.estimates import (
     rms_ratio,
 )
 from echobeam.reproduction.figures.height_angles import errors
-from echobeam.reproduction.figures.height_rates import SCHEMES, TAIL, frame_rate
+from echobeam.reproduction.figures.height_rates import COMPARED, TAIL, frame_rate
 from echobeam.reproduction.records import Claim, Estimate, Measured
 from echobeam.reproduction.results import Results
 from echobeam.reproduction.rules import all_above, all_below, inside
@@ -34,7 +34,7 @@ def fall_with_height(results: Results) -> Measured:
             scheme: gain_percent(
                 frame_rate(results, 110, scheme), frame_rate(results, 100, scheme)
             ).negated()
-            for scheme in SCHEMES
+            for scheme in COMPARED
         },
         "%",
     )
@@ -52,7 +52,7 @@ def lead(heights: Sequence[int], schemes: Sequence[str]) -> Callable[[Results], 
 
 def lead_over_height(results: Results) -> Measured:
     """Measure the proposed scheme's lead at both ends of 100 to 120 m, and its growth."""
-    near, far = ([frame_rate(results, h, s) for s in SCHEMES] for h in (100, HEIGHTS[-1]))
+    near, far = ([frame_rate(results, h, s) for s in COMPARED] for h in (100, HEIGHTS[-1]))
 
     def growth(ours: Array, theirs: Array, ours_far: Array, theirs_far: Array) -> Array:
         return _mean(ours_far) / _mean(theirs_far) - _mean(ours) / _mean(theirs)
@@ -129,7 +129,7 @@ def angle_trend(results: Results) -> Measured:
 
 
 def _angle_excess(results: Results, metres: int) -> Estimate:
-    ours, theirs = (errors(results, metres, scheme)[:, -1] for scheme in SCHEMES)
+    ours, theirs = (errors(results, metres, scheme)[:, -1] for scheme in COMPARED)
     return rms_ratio(theirs, ours).scaled(100, -100)
 
 
@@ -172,7 +172,7 @@ CLAIMS = (
         "worse",
         "the proposed scheme's lead in the frame's mean rate at 110, 115 and 120 m. The echo's "
         "power changes by a sixth from 105 to 110 m, so that a mean cannot drop sharply",
-        lead([one for one in HEIGHTS if one >= 110], tuple(SCHEMES)),
+        lead([one for one in HEIGHTS if one >= 110], tuple(COMPARED)),
         all_above(0.0),
     ),
     Claim(

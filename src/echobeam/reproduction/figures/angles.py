@@ -14,7 +14,7 @@ from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import ANTENNAS, single
 from echobeam.values import Array
 
-SCHEMES = {"temporal": "proposed (temporal)", "pilot": "pilot (held)"}
+SCHEMES = {"temporal": "proposed (temporal)", "pilot": "pilot (held)", "posterior": "posterior"}
 
 
 def estimates(results: Results, n: int, scheme: str) -> Array:

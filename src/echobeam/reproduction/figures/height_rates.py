@@ -15,7 +15,14 @@ from echobeam.reproduction.results import Results
 from echobeam.reproduction.setups import HEIGHTS, height
 from echobeam.values import Array
 
-SCHEMES = {"temporal": "proposed (temporal)", "water-filling": "water-filling"}
+SCHEMES = {
+    "temporal": "proposed (temporal)",
+    "water-filling": "water-filling",
+    "posterior": "posterior",
+}
+COMPARED = ("temporal", "water-filling")
+"""The two that the paper compares."""
+
 SHOWN = (100, 105, 110)
 TAIL = 0.05
 

@@ -13,7 +13,7 @@ from echobeam.reproduction.results import Outcome, Results
 from echobeam.reproduction.setups import long, manoeuvre
 from echobeam.values import Array
 
-SCHEMES = {"temporal": "proposed (temporal)", "pilot": "pilot"}
+SCHEMES = {"temporal": "proposed (temporal)", "pilot": "pilot", "posterior": "posterior"}
 GAP = Look(GREEN, "^", (0, (1.0, 1.2)))
 
 
