@@ -49,10 +49,11 @@ def test_what_is_left_out_says_so(command):
         command("ground")
 
 
-def test_a_sweep_has_the_errors_of_the_geometry():
+def test_a_sweep_has_the_errors_of_the_geometry(tmp_path):
     grid = eb.sweep(
-        "ground", {"array.rows": [4, 8]}, schemes=["water-filling"], trials=2, quiet=True
-    )
+        "ground", {"array.rows": [4, 8]}, schemes=["water-filling"], trials=2, quiet=True,
+        out=tmp_path / "s.nc",
+    )  # fmt: skip
     rmse = eb.summary(grid)["value"].xs("frame_position_rmse", level="quantity")
     assert rmse.size == 2
     assert rmse.iloc[0] > rmse.iloc[1] > 0.0
