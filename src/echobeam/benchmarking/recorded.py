@@ -9,7 +9,7 @@ import numpy as np
 
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.benchmarking.problems import CaseProblems
-from echobeam.scenario.load import load_scenario
+from echobeam.scenario.load import Source, load_scenario
 from echobeam.schemes.base import View
 from echobeam.schemes.beamers import Aim, Beams, CoverBeamer
 from echobeam.schemes.configure import configure
@@ -67,8 +67,8 @@ class Watched:
 
 
 @cache
-def asked_in(scenario: str, n_trials: int = TRIALS) -> tuple[Asked, ...]:
-    """Return what the temporal scheme asked for in a run of a built-in scenario."""
+def asked_in(scenario: Source, n_trials: int = TRIALS) -> tuple[Asked, ...]:
+    """Return what the temporal scheme asked for in a run of a scenario."""
     loaded = load_scenario(scenario)
     watched = Watched(CoverBeamer())
     scheme = configure(loaded, replace(TEMPORAL, beamer=watched))

@@ -42,7 +42,7 @@ KINDS: dict[str, Callable[[Source], FigureData]] = {
 OF_TRACKS: dict[str, Callable[[Source], FigureData]] = {"tracks": tracks, "gospa": gospa}
 """The same of unlabelled runs, besides the others."""
 
-ON_GROUND = ("rate",)
+ON_GROUND = ("rate", "tracking", "consistency", "distribution")
 """Kinds of runs with ``geometry = "ground"``: the others draw angles along a road."""
 
 SWEEP = "sweep"
@@ -103,7 +103,7 @@ def _on_ground(kinds: Sequence[str]) -> Sequence[str]:
     other = [kind for kind in kinds if kind not in ON_GROUND]
     if other:
         raise PlotError(
-            f'no picture of {", ".join(other)} with geometry = "ground" yet; there is '
+            f'no picture of {", ".join(other)} with geometry = "ground" yet; there are '
             f"{', '.join(ON_GROUND)}"
         )
     return list(kinds) or ON_GROUND

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.polar import POLAR
 from echobeam.plots.looks import FAINT, Look
 from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series
 from echobeam.plots.source import Source, empty_figure
-from echobeam.schemes.configure import system_for
+from echobeam.schemes.configure import geometry_of, system_for
 from echobeam.simulation.statistics import posterior_errors
 from echobeam.values import Array, with_beams
 
@@ -22,8 +21,9 @@ def distribution(source: Source) -> FigureData:
 
     - Rate: a frame's mean sum rate, over trials and frames; a trial's mean over the slots shown
     if these are not complete frames.
-    - Angle error: its size, over trials, slots and objects in the scene. An object without a
-    track has no error: the curve then ends below one, by the share of such objects.
+    - Error of the angle, on the ground of the position: its size, over trials, slots and objects
+    in the scene. An object without a track has no error: the curve then ends below one, by the
+    share of such objects.
     - Outage: share of objects and slots with beams whose rate is at or below a value; the
     scheme's rate floor is marked if it has one.
     """
@@ -36,15 +36,17 @@ def distribution(source: Source) -> FigureData:
         for number in range(3)
     ]
     low = min((float(one.x[0]) for one in series[1] if one.x[0] > 0), default=None)
+    ground = source.scenario.geometry == "ground"
+    error, unit = ("position", "m") if ground else ("angle", "deg")
     part = "frame" if source.frame == source.scenario.frame.slots_per_frame else "trial"
     slots = f"{'frames of ' * (part == 'frame')}{source.frame} slot{'s' * (source.frame > 1)}"
     panels = (
         Panel(Axis(f"Mean sum rate of a {part}", "bit/s/Hz"),
               Axis(f"Share of {part}s at or below", limits=_SHARE),
               series[0], f"Rate ({slots})", empty="no rates"),
-        Panel(Axis("Size of the angle error", "deg", log=True, limits=(low, None)),
+        Panel(Axis(f"Size of the {error} error", unit, log=True, limits=(low, None)),
               Axis("Share of estimates at or below", limits=_SHARE),
-              series[1], "Angle error", empty="no estimates"),
+              series[1], f"{error.capitalize()} error", empty="no estimates"),
         Panel(Axis("Rate of an object", "bit/s/Hz"), Axis("Outage probability", limits=_SHARE),
               series[2], "Outage", _floors(source), empty="no beams"),
     )  # fmt: skip
@@ -52,7 +54,9 @@ def distribution(source: Source) -> FigureData:
 
 
 def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
-    """Return a scheme's rates of frames, angle errors in degrees, and rates of objects.
+    """Return a scheme's rates of frames, errors, and rates of objects.
+
+    Errors are those of the angle in degrees, on the ground those of the position in m.
 
     A missing estimate counts as an infinite error.
     """
@@ -61,8 +65,12 @@ def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
     present = one["present"].values.astype(bool)
     sum_rate = source.parts[source.names[index]]["sum_rate"][:, source.shown]
     frames = sum_rate.reshape(source.trials, -1, source.frame).mean(axis=-1)
-    error = posterior_errors(one["estimated"].values, one["truth"].values, POLAR)[..., 0]
-    error = np.abs(np.degrees(error[present]))
+    geometry = geometry_of(source.scenario)
+    errors = posterior_errors(one["estimated"].values, one["truth"].values, geometry.space)[present]
+    if geometry.axes == 1:
+        error = np.abs(np.degrees(errors[:, 0]))
+    else:
+        error = np.hypot(errors[:, 0], errors[:, 1])
     directional = present & with_beams(one["mode"].values)[..., None]
     return frames.ravel(), np.where(np.isfinite(error), error, np.inf), one["rate"].values[
         directional

@@ -1,4 +1,4 @@
-"""Angle and distance errors per slot, against the posterior Cramer-Rao bound."""
+"""Errors of the posterior per slot, against the posterior Cramer-Rao bound."""
 
 from __future__ import annotations
 
@@ -8,17 +8,27 @@ from echobeam.estimation.intervals import quotient
 from echobeam.plots.looks import DOTTED, FAINT, Look
 from echobeam.plots.record import Axis, FigureData, Panel, Series
 from echobeam.plots.source import Source, empty_figure
-from echobeam.simulation.summary import pooled_bound
+from echobeam.schemes.configure import geometry_of
+from echobeam.simulation.statistics import squares_of
+from echobeam.simulation.summary import errors_of, pooled_bound
 from echobeam.values import Array
 
-_PANELS = (("angle", "Angle RMSE", "deg", 180.0 / np.pi), ("distance", "Distance RMSE", "m", 1.0))
+_UNITS = {
+    "angle": ("deg", 180.0 / np.pi),
+    "distance": ("m", 1.0),
+    "position": ("m", 1.0),
+    "velocity": ("m/s", 1.0),
+}
+"""Units of the errors that a geometry states, and their factors."""
 
 _ZERO = 1e-9  # deg, m: smaller errors are rounding errors of the genie, which knows the truth
 BOUND = "posterior Cramér–Rao bound"
 
 
 def tracking(source: Source) -> FigureData:
-    """Return the error of the estimated angle and distance of every scheme, slot by slot.
+    """Return the errors that the geometry states of every scheme, slot by slot.
+
+    They are those of angle and distance, on the ground those of position and velocity.
 
     The root mean square is over trials and the objects in the scene. The bound has the colour of
     its scheme, see `bound_of`; it applies to filters, not to a scheme that repeats an old
@@ -27,7 +37,7 @@ def tracking(source: Source) -> FigureData:
     source.check("truth", "estimated")
     if not source.result.sizes["object"]:
         return empty_figure(source, "tracking", "no objects: nothing to track")
-    panels = tuple(_panel(source, *panel) for panel in _PANELS)
+    panels = tuple(_panel(source, error) for error in errors_of(source.scenario))
     bounded = any(one.name.startswith(BOUND) for panel in panels for one in panel.series)
     return FigureData(
         "tracking", source.title, panels, source.setting(), layout=((0,), (1,)), size=(3.5, 3.8),
@@ -35,14 +45,16 @@ def tracking(source: Source) -> FigureData:
     )  # fmt: skip
 
 
-def _panel(source: Source, component: str, name: str, unit: str, factor: float) -> Panel:
+def _panel(source: Source, error: str) -> Panel:
     series, bounds = [], []
+    unit, factor = _UNITS[error]
+    components = geometry_of(source.scenario).errors[error]
     for scheme in source.names:
         part, look = source.parts[scheme], source.looks[scheme]
-        squares = source.pool(part[f"squares_{component}"].sum(axis=-1))
-        error = factor * np.sqrt(quotient(squares, source.pool(part["errors"].sum(axis=-1))))
-        series.append(Series(scheme, source.x, _positive(error), look=look))
-        square, count = pooled_bound(part, component, source.scenario)
+        squares = source.pool(squares_of(part, components).sum(axis=-1))
+        root = factor * np.sqrt(quotient(squares, source.pool(part["errors"].sum(axis=-1))))
+        series.append(Series(scheme, source.x, _positive(root), look=look))
+        square, count = pooled_bound(part, error, source.scenario)
         bound = factor * np.sqrt(quotient(source.pool(square), source.pool(count)))
         bounds.append(
             Series(
@@ -52,7 +64,7 @@ def _panel(source: Source, component: str, name: str, unit: str, factor: float) 
         )  # fmt: skip
     found = [one for one in bounds if not one.empty]
     return Panel(
-        source.slot_axis(), Axis(name, unit, log=True), (*found, *series),
+        source.slot_axis(), Axis(f"{error.capitalize()} RMSE", unit, log=True), (*found, *series),
         guides=source.omni_guides(), empty="no estimates, or none with an error",
     )  # fmt: skip
 

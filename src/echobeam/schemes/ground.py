@@ -10,6 +10,7 @@ import numpy as np
 from echobeam.brief import Brief
 from echobeam.faults import InputError
 from echobeam.physics.plane import GroundGeometry
+from echobeam.physics.polar import POLAR_MEASUREMENT
 from echobeam.schemes.base import View
 from echobeam.schemes.ground_echoes import Echoes, law_on, strength_of
 from echobeam.schemes.ground_grid import grid_posterior, view_of
@@ -17,7 +18,7 @@ from echobeam.schemes.ground_motion import Motion, Motions, motions_of
 from echobeam.schemes.ground_plane import PlaneBelief, PlaneTracker
 from echobeam.schemes.ground_report import reported
 from echobeam.schemes.trackers import labelled
-from echobeam.tracking import fading, posterior_linearisation
+from echobeam.tracking import contradiction, posterior_linearisation
 from echobeam.tracking.ground import GroundMeasurement
 from echobeam.tracking.road_grid import PositionGrid
 from echobeam.tracking.road_shape import Shape, carried, gaussian_shape, shape_of
@@ -32,6 +33,12 @@ from echobeam.values import (
 
 VELOCITY_PRIOR = 30.0
 """Standard deviation of a new object's velocity, m/s, where ``filter.velocity_prior`` is 0."""
+
+WIDE = 5.0
+"""Standard deviation of the altitude error over the stated one, once it has been contradicted."""
+
+COMPONENTS = len(POLAR_MEASUREMENT)
+"""Components of a measurement."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -54,7 +61,7 @@ class GroundBelief(Brief):
     """
 
     state: GaussianState
-    surprise: fading.Surprise
+    surprise: contradiction.Surprise
     tracks: Tracks
     shape: Shape | None
     probability: Array
@@ -80,7 +87,7 @@ class GroundTracker:
     iterations
         Of the posterior linearisation.
     adaptive
-        Whether the innovation test widens covariances.
+        Whether a track that fails the innovation test begins anew, its height less well known.
     motion
         ``"cv"``, ``"ca"`` or ``"imm"``: constant velocity, constant acceleration, or both.
     """
@@ -127,7 +134,8 @@ class GroundTracker:
             known=np.zeros(shape, dtype=bool),
         )
         probability = motions.at_first(view.roster.shape)
-        return _believed(motions, nothing, probability, fading.no_surprise(shape), None, view)
+        surprise = contradiction.no_surprise(shape, COMPONENTS)
+        return _believed(motions, nothing, probability, surprise, None, view)
 
     def predict(self, belief: AnyBelief, view: View) -> AnyBelief:
         """Return the prediction of this slot; objects that left the roster are forgotten."""
@@ -159,7 +167,7 @@ class GroundTracker:
         echoes = Echoes(value, stated, strength_of(prior.tracks, value, stated, view))
         state, surprise, probability = prior.state, prior.surprise, prior.probability
         known = prior.tracks.known
-        tracked = known & measured.any(axis=-1)
+        tracked, anew = known & measured.any(axis=-1), np.zeros_like(known)
         shape = gaussian_shape(state.known.shape) if prior.shape is None else prior.shape
         if tracked.any():
             columns = motions.columns(tracked)
@@ -168,16 +176,18 @@ class GroundTracker:
             state, shape = made.state, shape.placed(columns, bent[columns])
             probability = motions.reweighted(probability, made.log_likelihood, tracked)
             if self.adaptive:
-                surprise = fading.remembered(surprise, made.nis, made.degrees)
-                factor, surprise = fading.widening(surprise, columns)
-                state = GaussianState(state.mean, state.cov * factor[..., None, None], state.known)
+                surprise = contradiction.remembered(surprise, made.nis, made.degrees, made.scores)
+                failing = motions.by_model(contradiction.failing(surprise, columns)).any(axis=-1)
+                anew = np.asarray(failing & measured[..., :2].all(axis=-1))
         new = ~known & measured[..., 1]
-        if new.any():
-            state, bent = self._started(motions, state, new, echoes, model, view)
-            shape = shape.placed(motions.columns(new), bent[motions.columns(new)])
-            probability = np.where(new[..., None], motions.at_first(new.shape), probability)
+        for some, widening in ((anew, WIDE), (new, 1.0)):
+            if some.any():
+                state, bent = self._started(motions, state, some, echoes, model, view, widening)
+                columns = motions.columns(some)
+                shape = shape.placed(columns, bent[columns])
+                probability = np.where(some[..., None], motions.at_first(some.shape), probability)
         bent_ones = shape if shape.bent.any() else None
-        surprise = _of(surprise, motions.columns(known))
+        surprise = _of(surprise, motions.columns(known & ~anew))
         return _believed(motions, state, probability, surprise, bent_ones, view)
 
     def _motions(self, view: View) -> Motions:
@@ -225,26 +235,38 @@ class GroundTracker:
         echoes: Echoes,
         model: GroundMeasurement,
         view: View,
+        widening: float,
     ) -> tuple[GaussianState, Shape]:
-        """Return the belief with a first state of the new objects, and their shape."""
+        """Return the belief with a first state of some objects, and their shape.
+
+        ``widening`` multiplies the standard deviation of the altitude error.
+        """
         trials = np.asarray(new.any(axis=-1))
-        mean, cov, bent = self._first(motions, echoes.of(trials), model, view_of(view, trials))
+        mean, cov, bent = self._first(
+            motions, echoes.of(trials), model, view_of(view, trials), widening
+        )
         all_mean, all_cov, known = state.mean.copy(), state.cov.copy(), state.known.copy()
         chosen = motions.columns(new[trials] & np.isfinite(mean).all(axis=-1))
         mean, cov = motions.entered(mean, cov)
         place = np.zeros_like(known)
         place[trials] = chosen
+        _recall_velocity(mean, cov, state.mean[trials], state.cov[trials])
         all_mean[place], all_cov[place], known[place] = mean[chosen], cov[chosen], True
         shape = gaussian_shape(known.shape).placed(trials, bent.for_each(motions.columns))
         return GaussianState(all_mean, all_cov, known), shape
 
     def _first(
-        self, motions: Motions, echoes: Echoes, model: GroundMeasurement, view: View
+        self,
+        motions: Motions,
+        echoes: Echoes,
+        model: GroundMeasurement,
+        view: View,
+        widening: float,
     ) -> tuple[Array, Array, Shape]:
         """Return the moments of the posterior of first measurements, and its shape."""
         system = view.system
         velocity = system.filter.velocity_prior or VELOCITY_PRIOR
-        stds = (velocity, *(0.0,) * motions.extra, system.altitude_std)
+        stds = (velocity, *(0.0,) * motions.extra, widening * system.altitude_std)
 
         def law(grid: PositionGrid) -> Array:
             known = system.law_known
@@ -260,7 +282,7 @@ def _believed(
     motions: Motions,
     state: GaussianState,
     probability: Array,
-    surprise: fading.Surprise,
+    surprise: contradiction.Surprise,
     shape: Shape | None,
     view: View,
     *,
@@ -281,9 +303,30 @@ def _believed(
     return GroundBelief(state, surprise, tracks, shape, probability)
 
 
-def _of(surprise: fading.Surprise, known: BoolArray) -> fading.Surprise:
+def _recall_velocity(mean: Array, cov: Array, past_mean: Array, past_cov: Array) -> None:
+    """Join first states with the velocity of tracks that begin anew, in place; NaN of new ones.
+
+    A height that was wrong has biased it as well, so its standard deviation is multiplied by
+    `WIDE`.
+    """
+    own, told = cov[..., 1, 1], WIDE**2 * past_cov[..., 1, 1]
+    with np.errstate(invalid="ignore"):
+        gain = np.where(np.isfinite(told), 1.0 / (own + told), 0.0)
+    column = cov[..., :, 1].copy()
+    off = np.where(gain > 0.0, past_mean[..., 1] - mean[..., 1], 0.0)
+    mean += column * (gain * off)[..., None]
+    cov -= column[..., :, None] * column[..., None, :] * gain[..., None, None]
+
+
+def _of(surprise: contradiction.Surprise, known: BoolArray) -> contradiction.Surprise:
     """Return the memory of known objects, none of the others."""
     if known.all():
         return surprise
-    parts = (surprise.total, surprise.degrees, surprise.squared)
-    return fading.Surprise(*(np.where(known, each, 0.0) for each in parts))
+    none = contradiction.no_surprise(known.shape, COMPONENTS)
+    return contradiction.Surprise(
+        np.where(known, surprise.total, none.total),
+        np.where(known, surprise.degrees, none.degrees),
+        np.where(known, surprise.squared, none.squared),
+        np.where(known[..., None], surprise.drift, none.drift),
+        np.where(known[..., None], surprise.spread, none.spread),
+    )

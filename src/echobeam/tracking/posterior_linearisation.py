@@ -63,6 +63,8 @@ class Updated(Brief):
         ``(..., K)``: normalised innovation squared at the prior; 0 where nothing was measured.
     degrees
         ``(..., K)``: components that were measured.
+    scores
+        ``(..., K, M)``: innovations over their standard deviations; 0 where nothing was measured.
     log_likelihood
         ``(..., K)``: logarithm of the density of the innovation at the prior; 0 where nothing was
         measured.
@@ -71,6 +73,7 @@ class Updated(Brief):
     state: GaussianState
     nis: Array
     degrees: Array
+    scores: Array
     log_likelihood: Array
 
 
@@ -131,6 +134,7 @@ def update(
     degrees = np.where(prior.known, measured.sum(axis=-1), 0)
     mean, cov = prior.mean, prior.cov
     nis = likelihood = np.zeros(degrees.shape)
+    scores = np.zeros(value.shape)
     with np.errstate(all="ignore"):  # unknown objects, and lines that have left the ground
         for iteration in range(iterations):
             line = linearised(mean, cov, model, uav)
@@ -138,6 +142,8 @@ def update(
             if iteration == 0:
                 total = _with_noise(line.cov, variance, measured)
                 nis = np.where(degrees > 0, gaussian.square_norm(innovation, total), 0.0)
+                deviations = np.sqrt(np.diagonal(total, axis1=-2, axis2=-1))
+                scores = np.where((degrees > 0)[..., None], innovation / deviations, 0.0)
                 density = gaussian.log_density(innovation, total)
                 likelihood = np.where(degrees > 0, density, 0.0)
             # what the line expects of the prior's mean
@@ -148,7 +154,7 @@ def update(
     used = degrees > 0
     mean = np.where(used[..., None], mean, prior.mean)
     cov = np.where(used[..., None, None], cov, prior.cov)
-    return Updated(living(mean, cov, prior.known, space), nis, degrees, likelihood)
+    return Updated(living(mean, cov, prior.known, space), nis, degrees, scores, likelihood)
 
 
 def _with_noise(cov: Array, variance: Array, measured: BoolArray) -> Array:
