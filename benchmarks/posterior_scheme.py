@@ -95,7 +95,7 @@ def long(trials: int, seed: int) -> None:
         "posterior:frame=clocked",
         "posterior:min_rate=0",
         "posterior:min_rate=0,frame=clocked",
-        "posterior:min_rate=0,beamer=matched",
+        "posterior:beamer=matched",
         "posterior:min_rate=0,tracker=ekf",
     ]
     result = eb.simulate("paper-long", schemes=schemes, trials=trials, seed=seed, jobs=1)
