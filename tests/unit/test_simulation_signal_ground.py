@@ -54,6 +54,19 @@ def test_an_array_of_one_column_measures_one_cosine():
     assert np.isnan(result["measured"].sel(measurement="v")).all()
 
 
+@pytest.mark.slow
+def test_objects_are_found_in_the_signal_without_labels():
+    """After four slots each object has a track within five deviations of the accuracy."""
+    given = eb.load_scenario("ground").replace(SIGNAL | {"radar.detections": "unlabelled"})
+    scheme = "water-filling:tracker=ground,beamer=posterior"
+    result = eb.simulate(given, schemes=[scheme], trials=3, seed=4).isel(scheme=0, slot=-1)
+    off = (result["estimated"] - result["truth"]).sel(state=["x", "y"]).values
+    assert np.isfinite(off).all()
+    cov = result["estimated_cov"].values[..., :2, :2]
+    square = (off * np.linalg.solve(cov, off[..., None])[..., 0]).sum(axis=-1)
+    assert square.max() < chi_square_band(2, 1, 0.9999)[1]
+
+
 def test_an_object_that_the_waveform_folds_is_refused():
     far = {"objects.0.position": ["4 km", "0 m"]}
     with pytest.raises(ScenarioError, match="an object's echo has a delay"):

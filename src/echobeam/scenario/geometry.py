@@ -68,11 +68,6 @@ def check_geometry(scenario: Any) -> None:
 
 def _check_signal(scenario: Any) -> None:
     """Refuse what echo signals of a planar array do not have."""
-    if scenario.unlabelled:
-        raise ValueError(
-            'radar.detections: "unlabelled" is not yet possible with radar.model = "signal" and '
-            'geometry = "ground"'
-        )
     if scenario.array.polarisations == 2:
         raise ValueError(
             'array.polarisations: 2 is not accepted with radar.model = "signal"; expected 1'

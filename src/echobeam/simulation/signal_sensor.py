@@ -99,14 +99,15 @@ def detect_in_signal(
     Returns
     -------
     found, value, variance
-        The echoes; each object's, NaN and infinite where it has none, ``(T, K, 3)``.
+        The echoes; each object's, NaN and infinite where it has none, ``(T, K, A + 2)``.
     """
-    trials, objects = len(world.trials), world.identity.size
-    value = np.full((trials, objects, 3), np.nan)
-    variance = np.full((trials, objects, 3), np.inf)
+    trials, size = len(world.trials), len(world.scene.geometry.measurement)
+    shape = (trials, world.identity.size, size)
+    value, variance = np.full(shape, np.nan), np.full(shape, np.inf)
     if not receives.any():
         none, nothing = np.zeros((trials, 0)), np.zeros((trials, 0), dtype=np.bool_)
-        return Echo(none, none, none, none, nothing, np.zeros((trials, 0, 3))), value, variance
+        angle = none if size == 3 else np.zeros((trials, 0, size - 2))
+        return Echo(angle, none, none, none, nothing, np.zeros((trials, 0, size))), value, variance
     parts: list[Echo] = []
     for some, found, truth in _in_parts(world, sent, amplitude, MOST_ECHOES):
         parts.append(found)

@@ -8,6 +8,7 @@ from echobeam.estimation import gaussian
 from echobeam.physics.plane import GROUND
 from echobeam.tracking.life import living
 from echobeam.tracking.plane import PlaneMeasurement
+from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array, BoolArray, GaussianState, UavState
 
 STEPS = 5
@@ -43,7 +44,7 @@ def first_state(
         m/s, positive.
     """
     place = model.geometry.measured_place(value)
-    distance, height = place[..., 2:3], uav.position[2]
+    distance, height = 0.5 * SPEED_OF_LIGHT * value[..., 2:3], uav.position[2]
     mean = np.zeros(value.shape)
     cov = np.zeros((*value.shape, 4))
     used = np.isfinite(value) & np.isfinite(variance)
