@@ -119,11 +119,11 @@ def arrivals(trials: int, seed: int) -> None:
             text += "".join(f",{name}={given}" for name, given in own.items())
             result = eb.simulate(scenario, schemes=["genie", text], trials=trials, seed=seed)
             rates = frame_rates(result)
-            delays = found_after(result.sel(scheme=text))
+            delays = 1e3 * found_after(result.sel(scheme=text))
+            most = np.quantile(delays, 0.9, method="inverted_cdf")
             print(
                 f"{frame} {key}={value:g}: rate {shown(rates[text], float(rates['genie'].mean()))}"
-                f", delay of arrivals: median {1e3 * np.median(delays):.0f} ms,"
-                f" 90 % {1e3 * np.quantile(delays, 0.9, method="inverted_cdf"):.0f} ms",
+                f", delay of arrivals: median {np.median(delays):.0f} ms, 90 % {most:.0f} ms",
                 flush=True,
             )
 
