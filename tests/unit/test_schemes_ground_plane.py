@@ -83,6 +83,7 @@ def test_posterior_beams_are_above_all_others_where_the_belief_is_wide():
         {"uav.altimeter_std": 0, "uav.terrain_std": 0},
         {"uav.velocity": ["10 m/s", "0 m/s", "-3 m/s"]},
         {"array.facing": ["1", "0", "-1"]},
+        {"array": {"kind": "linear", "n_tx": 16, "axis": "vertical"}},  # one cosine, two sides
     ],
 )
 def test_it_is_not_overconfident_with_other_equipment(changes):
