@@ -78,7 +78,9 @@ def points(trials: int, seed: int) -> None:
         result = eb.simulate(scenario, schemes=schemes, trials=trials, seed=seed, jobs=1)
         rates = frame_rates(result)
         genie = float(rates["genie"].mean())
-        with_omni = (1.0 - 1.0 / scenario.n_slots) * genie
+        slots = result["rate"].fillna(0.0).sum("object").transpose("scheme", "trial", "slot")
+        best, own = slots.sel(scheme="genie").values, slots.sel(scheme="posterior").values
+        with_omni = float(np.concatenate([own[:, :1], best[:, 1:]], axis=1).mean())
         words = [f"{name} {shown(one, genie)}" for name, one in rates.items()]
         print(label, *words, sep=" | ", end=" | ")
         print("posterior over a genie with the omni slot", shown(rates["posterior"], with_omni))
