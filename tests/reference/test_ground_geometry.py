@@ -182,6 +182,13 @@ def test_objects_on_the_ground_are_found_and_tracked_without_labels():
     assert result.sizes["state"] == 4
 
 
+def test_two_polarisations_are_tracked_without_labels():
+    result = eb.simulate(
+        unlabelled(**{"array.polarisations": 2, "frame.frames": 1}), ["water-filling"], trials=2
+    )
+    assert (result["rate"].values[..., -1, :] > 0.0).all()
+
+
 def test_false_detections_are_uniform_over_the_visible_disc():
     """u^2 + v^2 of a uniform law on the disc is uniform: Kolmogorov and Smirnov, p > 1e-4."""
     from scipy import stats
