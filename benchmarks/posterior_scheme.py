@@ -17,6 +17,9 @@ import numpy as np
 import xarray as xr
 
 import echobeam as eb
+from echobeam.plots.drawing import Picture, draw
+from echobeam.plots.looks import BLUE, DASHED, PURPLE, VERMILION, Look
+from echobeam.plots.record import Axis, FigureData, Panel, Series
 from echobeam.simulation.ground_bound import ground_bound
 
 COMPARED = (
@@ -31,7 +34,7 @@ COMPARED = (
 
 FRAMES = {
     "clocked": [("frame.slots_per_frame", n) for n in (5, 10, 20, 50)],
-    "adaptive": [("arrival_rate", rate) for rate in (0.5, 2.0, 5.0, 20.0)],
+    "adaptive": [("arrival_rate", rate) for rate in (0.5, 1.0, 2.0, 5.0, 20.0)],
     "probing": [("arrival_rate", rate) for rate in (0.5, 1.0, 2.0, 5.0, 20.0)],
 }
 """Frames with the parameter that is varied, and its values."""
@@ -114,6 +117,7 @@ def arrivals(trials: int, seed: int) -> None:
     """Print rate and delay of the three frames over their parameter."""
     base = eb.load_scenario("arrivals")
     own = base.scheme_parameters.get("posterior", {})
+    found: dict[str, list[tuple[float, float, float]]] = {}
     for frame, values in FRAMES.items():
         for key, value in values:
             scenario, text = base, f"posterior:frame={frame}"
@@ -123,7 +127,7 @@ def arrivals(trials: int, seed: int) -> None:
             else:
                 text += f",{key}={value}"
             text += "".join(f",{name}={given}" for name, given in own.items())
-            rates, delays = [], []
+            parts, late = [], []
             for shift in SHIFTS:
                 result = eb.simulate(
                     later(scenario, shift),
@@ -132,15 +136,48 @@ def arrivals(trials: int, seed: int) -> None:
                     seed=seed,
                     jobs=1,
                 )
-                found = frame_rates(result)
-                rates.append(found[text] / found["genie"].mean())
-                delays.append(1e3 * found_after(result.sel(scheme=text)))
-            most = np.quantile(np.concatenate(delays), 0.9, method="inverted_cdf")
+                each = frame_rates(result)
+                parts.append(each[text] / each["genie"].mean())
+                late.append(1e3 * found_after(result.sel(scheme=text)))
+            rates, delays = np.concatenate(parts), np.concatenate(late)
+            most = np.quantile(delays, 0.9, method="inverted_cdf")
             print(
-                f"{frame} {key}={value:g}: rate {shown(np.concatenate(rates), 1.0)}, "
-                f"delay: median {np.median(np.concatenate(delays)):.0f} ms, 90 % {most:.0f} ms",
+                f"{frame} {key}={value:g}: rate {shown(rates, 1.0)}, "
+                f"delay: median {np.median(delays):.0f} ms, 90 % {most:.0f} ms",
                 flush=True,
             )
+            half = 1.96 * float(rates.std(ddof=1)) / np.sqrt(rates.size)
+            point = (float(np.median(delays)), float(rates.mean()), float(half))
+            found.setdefault(frame, []).append(point)
+    draw_curve(found).savefig(PICTURE)
+    print(PICTURE)
+
+
+PICTURE = "posterior-arrivals.png"
+LOOKS = {
+    "clocked": Look(BLUE, "o", "-"),
+    "adaptive": Look(VERMILION, "s", DASHED),
+    "probing": Look(PURPLE, "X", "-"),
+}
+
+
+def draw_curve(found: dict[str, list[tuple[float, float, float]]]) -> Picture:
+    """Return the picture of rate against delay, from median delay, rate and its half-width."""
+    series = []
+    for frame, points in found.items():
+        delay, rate, half = np.array(points).T
+        band = np.stack([rate - half, rate + half], axis=-1)
+        series.append(Series(frame, delay, rate, band, LOOKS[frame], kind="points"))
+    panel = Panel(
+        Axis("Median delay from arrival to track", "ms", limits=(0.0, None)),
+        Axis("Mean rate over the genie's"),
+        tuple(series),
+    )
+    data = FigureData(
+        "arrivals", "Arrivals without labels", (panel,), "",
+        size=(3.5, 2.6), band="95 % interval",
+    )  # fmt: skip
+    return draw(data)
 
 
 def later(scenario: eb.Scenario, shift: float) -> eb.Scenario:

@@ -18,6 +18,7 @@ def result():
     return eb.simulate("ground", ["water-filling", "genie"], trials=3, seed=0)
 
 
+@pytest.mark.slow
 def test_the_json_summary_has_the_errors_of_the_geometry(tmp_path):
     done = echobeam(
         "run", "ground", "--scheme", "omni", "--trials", "2", "--json", "--quiet",
@@ -49,6 +50,7 @@ def test_what_is_left_out_says_so(command):
         command("ground")
 
 
+@pytest.mark.slow
 def test_a_sweep_has_the_errors_of_the_geometry(tmp_path):
     grid = eb.sweep(
         "ground", {"array.rows": [4, 8]}, schemes=["water-filling"], trials=2, quiet=True,

@@ -42,6 +42,7 @@ def colours(panel, *names):
     return {one.look.colour for one in panel.series if not names or one.name in names}
 
 
+@pytest.mark.slow
 def test_a_marker_means_a_scheme_in_every_panel_of_the_angles(drawn):
     _, data = drawn(angles.FIGURE)
     expected = {looks.SCHEME_LOOKS[name] for name in angles.SCHEMES}
@@ -50,6 +51,7 @@ def test_a_marker_means_a_scheme_in_every_panel_of_the_angles(drawn):
     assert [panel.title[-2:] for panel in data.panels] == 2 * ["20", "30", "40"]
 
 
+@pytest.mark.slow
 def test_colours_mean_either_antennas_or_objects_and_antennas_the_same_as_elsewhere(drawn):
     _, data = drawn(patterns_antennas.FIGURE)
     *arrays, medians, gains = data.panels
@@ -65,6 +67,7 @@ def test_colours_mean_either_antennas_or_objects_and_antennas_the_same_as_elsewh
     ]
 
 
+@pytest.mark.slow
 def test_widths_of_beams_are_those_that_the_picture_shows(drawn):
     """A lobe and its mirror image: twice the lobe's own width where they do not meet."""
     results, data = drawn(patterns_slots.FIGURE)

@@ -86,12 +86,14 @@ def test_posterior_beams_are_above_all_others_where_the_belief_is_wide():
         {"array": {"kind": "linear", "n_tx": 16, "axis": "vertical"}},  # one cosine, two sides
     ],
 )
+@pytest.mark.slow
 def test_it_is_not_overconfident_with_other_equipment(changes):
     result = eb.simulate(scenario(**changes), schemes=[POSTERIOR], trials=60, seed=3)
     found = errors(result, result.scheme.values[0])
     assert (found.mean(axis=1) < chi_square_band(4, 60, 0.999)[1]).all()
 
 
+@pytest.mark.slow
 def test_several_objects_are_tracked_and_those_that_leave_are_forgotten():
     given = eb.load_scenario("ground")
     objects = [item.model_dump(exclude_unset=True) for item in given.objects]
