@@ -17,6 +17,9 @@ import numpy as np
 import xarray as xr
 
 import echobeam as eb
+from echobeam.plots.drawing import Picture, draw
+from echobeam.plots.looks import BLUE, DASHED, PURPLE, VERMILION, Look
+from echobeam.plots.record import Axis, FigureData, Panel, Series
 from echobeam.simulation.ground_bound import ground_bound
 
 COMPARED = (
@@ -31,8 +34,8 @@ COMPARED = (
 
 FRAMES = {
     "clocked": [("frame.slots_per_frame", n) for n in (5, 10, 20, 50)],
-    "adaptive": [("arrival_rate", rate) for rate in (0.2, 0.5, 1.0, 2.0, 5.0, 20.0)],
-    "probing": [("arrival_rate", rate) for rate in (0.2, 0.5, 1.0, 2.0, 5.0, 20.0)],
+    "adaptive": [("arrival_rate", rate) for rate in (0.5, 1.0, 2.0, 5.0, 20.0)],
+    "probing": [("arrival_rate", rate) for rate in (0.5, 1.0, 2.0, 5.0, 20.0)],
 }
 """Frames with the parameter that is varied, and its values."""
 
@@ -78,7 +81,9 @@ def points(trials: int, seed: int) -> None:
         result = eb.simulate(scenario, schemes=schemes, trials=trials, seed=seed, jobs=1)
         rates = frame_rates(result)
         genie = float(rates["genie"].mean())
-        with_omni = (1.0 - 1.0 / scenario.n_slots) * genie
+        slots = result["rate"].fillna(0.0).sum("object").transpose("scheme", "trial", "slot")
+        best, own = slots.sel(scheme="genie").values, slots.sel(scheme="posterior").values
+        with_omni = float(np.concatenate([own[:, :1], best[:, 1:]], axis=1).mean())
         words = [f"{name} {shown(one, genie)}" for name, one in rates.items()]
         print(label, *words, sep=" | ", end=" | ")
         print("posterior over a genie with the omni slot", shown(rates["posterior"], with_omni))
@@ -95,7 +100,7 @@ def long(trials: int, seed: int) -> None:
         "posterior:frame=clocked",
         "posterior:min_rate=0",
         "posterior:min_rate=0,frame=clocked",
-        "posterior:min_rate=0,beamer=matched",
+        "posterior:beamer=matched",
         "posterior:min_rate=0,tracker=ekf",
     ]
     result = eb.simulate("paper-long", schemes=schemes, trials=trials, seed=seed, jobs=1)
@@ -104,10 +109,15 @@ def long(trials: int, seed: int) -> None:
         print(name, shown(one, float(rates["genie"].mean())))
 
 
+SHIFTS = (0.0, 0.02, 0.05, 0.08, 0.13)
+"""Delays of all arrivals, s: those of the scenario fall on the clock of some frames."""
+
+
 def arrivals(trials: int, seed: int) -> None:
     """Print rate and delay of the three frames over their parameter."""
     base = eb.load_scenario("arrivals")
     own = base.scheme_parameters.get("posterior", {})
+    found: dict[str, list[tuple[float, float, float]]] = {}
     for frame, values in FRAMES.items():
         for key, value in values:
             scenario, text = base, f"posterior:frame={frame}"
@@ -117,15 +127,68 @@ def arrivals(trials: int, seed: int) -> None:
             else:
                 text += f",{key}={value}"
             text += "".join(f",{name}={given}" for name, given in own.items())
-            result = eb.simulate(scenario, schemes=["genie", text], trials=trials, seed=seed)
-            rates = frame_rates(result)
-            delays = found_after(result.sel(scheme=text))
+            parts, late = [], []
+            for shift in SHIFTS:
+                result = eb.simulate(
+                    later(scenario, shift),
+                    schemes=["genie", text],
+                    trials=trials // len(SHIFTS),
+                    seed=seed,
+                    jobs=1,
+                )
+                each = frame_rates(result)
+                parts.append(each[text] / each["genie"].mean())
+                late.append(1e3 * found_after(result.sel(scheme=text)))
+            rates, delays = np.concatenate(parts), np.concatenate(late)
+            most = np.quantile(delays, 0.9, method="inverted_cdf")
             print(
-                f"{frame} {key}={value:g}: rate {shown(rates[text], float(rates['genie'].mean()))}"
-                f", delay of arrivals: median {1e3 * np.median(delays):.0f} ms,"
-                f" 90 % {1e3 * np.quantile(delays, 0.9):.0f} ms",
+                f"{frame} {key}={value:g}: rate {shown(rates, 1.0)}, "
+                f"delay: median {np.median(delays):.0f} ms, 90 % {most:.0f} ms",
                 flush=True,
             )
+            half = 1.96 * float(rates.std(ddof=1)) / np.sqrt(rates.size)
+            point = (float(np.median(delays)), float(rates.mean()), float(half))
+            found.setdefault(frame, []).append(point)
+    draw_curve(found).savefig(PICTURE)
+    print(PICTURE)
+
+
+PICTURE = "posterior-arrivals.png"
+LOOKS = {
+    "clocked": Look(BLUE, "o", "-"),
+    "adaptive": Look(VERMILION, "s", DASHED),
+    "probing": Look(PURPLE, "X", "-"),
+}
+
+
+def draw_curve(found: dict[str, list[tuple[float, float, float]]]) -> Picture:
+    """Return the picture of rate against delay, from median delay, rate and its half-width."""
+    series = []
+    for frame, points in found.items():
+        delay, rate, half = np.array(points).T
+        band = np.stack([rate - half, rate + half], axis=-1)
+        series.append(Series(frame, delay, rate, band, LOOKS[frame], kind="points"))
+    panel = Panel(
+        Axis("Median delay from arrival to track", "ms", limits=(0.0, None)),
+        Axis("Mean rate over the genie's"),
+        tuple(series),
+    )
+    data = FigureData(
+        "arrivals", "Arrivals without labels", (panel,), "",
+        size=(3.5, 2.6), band="95 % interval",
+    )  # fmt: skip
+    return draw(data)
+
+
+def later(scenario: eb.Scenario, shift: float) -> eb.Scenario:
+    """Return a scenario in which objects that arrive do so later, and leave later."""
+    changes: dict[str, object] = {}
+    for number, one in enumerate(scenario.objects):
+        if one.appears > 0.0:
+            changes[f"objects.{number}.appears"] = one.appears + shift
+            if one.leaves is not None:
+                changes[f"objects.{number}.leaves"] = one.leaves + shift
+    return scenario.replace(changes) if shift else scenario
 
 
 def found_after(run: xr.Dataset) -> np.ndarray:

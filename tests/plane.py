@@ -60,10 +60,14 @@ class Hovering:
 
 @dataclass(frozen=True)
 class Tracked:
-    """Rates over the genie's ``(T,)``, normalised squared errors ``(slots, T)``, lost tracks."""
+    """Rates over the genie's ``(T,)``, squared errors and innovations, normalised, ``(slots, T)``.
+
+    There is no innovation in the first slot: NaN.
+    """
 
     ratio: np.ndarray
     nees: np.ndarray
+    nis: np.ndarray
 
 
 def tracked(setting, truth, slots=10, seed=1, noise=True, velocity_std=0.5, altitude_std=0.7):
@@ -74,7 +78,7 @@ def tracked(setting, truth, slots=10, seed=1, noise=True, velocity_std=0.5, alti
     root = np.linalg.cholesky(motion.noise()[:4, :4] + 1e-15 * np.eye(4))
     aperture = np.pi * (setting.n - 1)
     truth = truth[:, None].copy()
-    served, best, nees = (np.empty((slots, len(truth))) for _ in range(3))
+    served, best, nees, nis = (np.full((slots, len(truth)), np.nan) for _ in range(4))
     state, beams = None, None
     for slot in range(slots):
         if slot > 0:
@@ -103,9 +107,10 @@ def tracked(setting, truth, slots=10, seed=1, noise=True, velocity_std=0.5, alti
             )
         else:
             made = ground_update.update(state, value, law, model, uav, aperture)
+            nis[slot] = made.nis[:, 0]
         state = GaussianState(made.mean, made.cov, np.ones((len(truth), 1), dtype=bool))
         error = (state.mean - truth)[:, 0, :4]
         nees[slot] = (
             error * np.linalg.solve(state.cov[:, 0, :4, :4], error[..., None])[..., 0]
         ).sum(-1)
-    return Tracked(served.mean(axis=0) / best.mean(axis=0), nees)
+    return Tracked(served.mean(axis=0) / best.mean(axis=0), nees, nis)

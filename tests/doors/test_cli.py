@@ -91,6 +91,7 @@ def test_importing_the_package_is_light():
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
+@pytest.mark.slow
 def test_a_fault_in_a_process_of_its_own_has_status_2(tmp_path):
     refused(process("run", "nowhere.toml", cwd=tmp_path), "nowhere.toml")
 
@@ -141,6 +142,7 @@ def test_what_cannot_be_described_is_one_message_and_status_2(tmp_path, argument
     refused(echobeam("describe", *arguments, cwd=tmp_path), *words)
 
 
+@pytest.mark.slow
 def test_a_run_within_the_near_field_warns_on_stderr(tmp_path):
     near = ("--set", "array.n_tx=256", "--set", "frame.slots_per_frame=2", "--trials", 1)
     run = ("run", "paper-single", "--scheme", "omni", *near, "--json", "--out")
@@ -151,6 +153,7 @@ def test_a_run_within_the_near_field_warns_on_stderr(tmp_path):
     assert echobeam(*run, "q.nc", "--quiet", cwd=tmp_path).stderr == ""
 
 
+@pytest.mark.slow
 def test_scenarios_are_listed_and_printed(tmp_path):
     listed = echobeam("scenarios").stdout.splitlines()
     assert [line.split()[0] for line in listed] == list(BUILT_IN)
@@ -170,6 +173,7 @@ def test_schemes_are_listed():
     assert {"frame", "tracker", "beamer"} <= set(lines)
 
 
+@pytest.mark.slow
 def test_a_run_writes_a_result_and_prints_a_table(tmp_path):
     done = echobeam("run", "paper-multi", *LIGHT, "--trials", 5, "--out", "r.nc", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -192,6 +196,7 @@ def test_a_run_writes_a_result_and_prints_a_table(tmp_path):
     assert not list(tmp_path.glob("*.blocks"))
 
 
+@pytest.mark.slow
 def test_json_and_nothing_else_on_stdout(tmp_path):
     done = echobeam(
         "run", "paper-multi", *LIGHT, "--trials", 4, "--seed", 7, "--json", "--quiet", cwd=tmp_path
@@ -214,6 +219,7 @@ def test_json_and_nothing_else_on_stdout(tmp_path):
         np.testing.assert_allclose(figures["angle_rmse"], rmse, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_one_trial_has_no_interval(tmp_path):
     done = echobeam("run", "paper-multi", *LIGHT, "--trials", 1, "--json", cwd=tmp_path)
     assert json.loads(done.stdout)["schemes"]["omni"]["rate_interval"][0] == [None, None]
@@ -230,6 +236,7 @@ def test_processes_do_not_change_a_bit(tmp_path):
             np.testing.assert_array_equal(one[name].values, two[name].values)
 
 
+@pytest.mark.slow
 def test_an_existing_result_is_kept(tmp_path):
     arguments = ("run", "paper-multi", *LIGHT, "--trials", 1, "--quiet", "--out", "r.nc")
     assert echobeam(*arguments, cwd=tmp_path).returncode == 0
@@ -315,12 +322,14 @@ def test_faults_of_options_are_reported_with_those_of_the_file(tmp_path):
     refused(done, "3 errors in the input", "--vary radio.power:", "--vary array.n_tx=:", "seed: -1")
 
 
+@pytest.mark.slow
 def test_zero_objects_run_as_sensing_only(tmp_path):
     done = echobeam("run", "paper-multi", "--set", "objects=[]", "--trials", 2, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "0.000" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_csv_trace_moves_the_objects(tmp_path):
     rows = [f"{t / 2},car{c},{20 * c + 5 * t},0,10" for t in range(20) for c in range(2)]
     (tmp_path / "trace.csv").write_text("\n".join(["t,id,x,y,speed", *rows]))
@@ -393,6 +402,7 @@ def test_a_sweep_as_json_is_its_result_and_nothing_else(tmp_path):
             assert 0 < taken["water-filling"]["mean"] <= taken["water-filling"]["p99"] < 1
 
 
+@pytest.mark.slow
 def test_a_sweeps_table_shows_values_as_they_were_given(tmp_path):
     done = echobeam(*SWEEP, *GRID, "--out", "s.nc", cwd=tmp_path)
     assert done.returncode == 0
@@ -401,6 +411,7 @@ def test_a_sweeps_table_shows_values_as_they_were_given(tmp_path):
     assert f"{math.radians(60):.4f}" not in done.stdout
 
 
+@pytest.mark.slow
 def test_keys_vary_together_on_the_command_line(tmp_path):
     vary = ("--vary", "array.n_tx,array.n_rx=8,16")
     done = echobeam(*SWEEP, *vary, "--json", "--quiet", "--out", "s.nc", cwd=tmp_path)

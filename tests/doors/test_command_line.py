@@ -34,6 +34,7 @@ def light(*arguments, **environment):
     )
 
 
+@pytest.mark.slow
 def test_python_m_is_the_same_command(tmp_path):
     whole = [sys.executable, "-m", "echobeam"]
     done = subprocess.run([*whole, "schemes"], capture_output=True, text=True, cwd=tmp_path)

@@ -74,6 +74,7 @@ def test_a_trace_becomes_a_map(run, tmp_path: Path) -> None:
         np.testing.assert_allclose(sorted(travelled[0].values)[:2], [-19.5, 39.0])
 
 
+@pytest.mark.slow
 def test_beams_are_designed_and_proved(run, tmp_path: Path) -> None:
     printed = run("beams_alone")
     found = re.match(r"optimal: ([\d.]+) bit/s/Hz, no design exceeds ([\d.]+)\n", printed)

@@ -12,6 +12,7 @@ from .test_cli import echobeam, refused
 LIGHT = ["--trials", 2, "--set", "array.n_tx=6"]
 
 
+@pytest.mark.slow
 def test_json_is_that_of_the_interface(tmp_path):
     done = echobeam("sense", "paper-signal", *LIGHT, "--json", "--quiet", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -39,6 +40,7 @@ def test_table_picture_and_data(tmp_path):
     assert "Delay RMSE" in (tmp_path / "sense.csv").read_text()
 
 
+@pytest.mark.slow
 def test_one_antenna_has_no_angle_and_says_so(tmp_path):
     done = echobeam("sense", "paper-signal", *LIGHT, "--set", "array.n_tx=1", cwd=tmp_path)
     last = next(line for line in done.stdout.splitlines() if line.split()[1:2] == ["36"])
@@ -96,6 +98,7 @@ def test_an_echo_that_fluctuates_has_the_variance_of_its_own_strength():
 
 
 @pytest.mark.parametrize("key", ["ground_clutter", "self_interference"])
+@pytest.mark.slow
 def test_surroundings_disturb_and_leave_the_loop_whole(key):
     scenario = eb.load_scenario("paper-signal").replace({"frame.slots_per_frame": 3})
     calm = eb.simulate(scenario, ["omni"], trials=3, seed=1, progress=False)

@@ -59,6 +59,7 @@ def run(place, *more, out="r.nc"):
     )
 
 
+@pytest.mark.slow
 def test_json_has_the_figures_of_tracks_and_a_labelled_run_has_none(place):
     done = run(place, "--json", "--scheme", "water-filling", "--scheme", "omni")
     assert done.returncode == 0, done.stderr
@@ -79,6 +80,7 @@ def test_json_has_the_figures_of_tracks_and_a_labelled_run_has_none(place):
         assert not [name for name in result if str(name).startswith("track_")]
 
 
+@pytest.mark.slow
 def test_the_figures_in_json_are_those_of_the_file(place):
     """GOSPA of the first slot by hand: nothing is confirmed, and one object is there."""
     done = run(place, "--json")
@@ -100,6 +102,7 @@ def test_the_figures_in_json_are_those_of_the_file(place):
     assert found["detection_delay"] == pytest.approx(np.mean(delays))
 
 
+@pytest.mark.slow
 def test_the_file_says_what_its_tracks_are(place):
     assert run(place).returncode == 0
     with xr.open_dataset(place / "r.nc") as result:
@@ -125,6 +128,7 @@ def test_the_file_says_what_its_tracks_are(place):
         assert np.isnan(result["rate"].values[0][absent]).all()
 
 
+@pytest.mark.slow
 def test_the_table_has_a_part_about_tracks(place):
     done = echobeam("run", "coming.toml", "--trials", 2, "--out", "r.nc", cwd=place)
     assert done.returncode == 0, done.stderr
@@ -201,6 +205,7 @@ def test_keys_of_tracks_are_no_parameters_of_a_labelled_run(place):
     )
 
 
+@pytest.mark.slow
 def test_a_result_without_some_of_its_tracks_has_no_summary(place):
     scenario = eb.load_scenario(place / "coming.toml").replace({"frame.frames": 1})
     result = eb.simulate(scenario, schemes=["water-filling"], trials=1)

@@ -88,6 +88,7 @@ def test_other_ways_to_fail_are_one_message(place, name, words):
     assert said.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_batch_systems_signal_is_an_interruption(place):
     (place / "asked.py").write_text(
         "import os, signal\n\ndef to_end(prior, view):\n    os.kill(os.getpid(), signal.SIGTERM)\n"

@@ -131,6 +131,7 @@ def test_a_solver_that_lies_is_found_out(monkeypatch: pytest.MonkeyPatch) -> Non
         {"warm_start": np.ones((2, 16))},
     ],
 )
+@pytest.mark.slow
 def test_corners_of_the_domain_have_a_feasible_answer(changes: dict[str, object]) -> None:
     answer = design_beams(_problem(**changes))
     assert np.all(np.isfinite(answer.beams))

@@ -116,6 +116,7 @@ def _varied(rows):
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.999])
+@pytest.mark.slow
 def test_cut_off_gzip_says_how_far_it_came(tmp_path, share):
     packed = gzip.compress(_varied(20_000).encode())
     cut = packed[: int(share * len(packed))]

@@ -160,6 +160,7 @@ def test_the_map_is_drawn_and_written_of_every_claim_that_hangs_on_open_values(t
     assert document["claims"] == []
 
 
+@pytest.mark.slow
 def test_what_a_killed_process_left_of_a_picture_goes_away(tmp_path: Path) -> None:
     leftover = tmp_path / ".approx.png.1.tmp"
     leftover.write_bytes(b"half a picture")

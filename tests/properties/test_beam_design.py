@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,6 +44,7 @@ def problems(draw: st.DrawFn, most_objects: int = 3) -> BeamProblem:
 
 @settings(max_examples=25)
 @given(problems())
+@pytest.mark.slow
 def test_every_problem_has_a_feasible_answer_or_a_named_fault(problem: BeamProblem) -> None:
     answer = design_beams(problem)
     assert answer.max_violation.power <= 1e-12

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+import pytest
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -52,6 +53,7 @@ def sane(draw: st.DrawFn, most_objects: int = 4) -> dict[str, Any]:
 
 @settings(max_examples=25)
 @given(sane())
+@pytest.mark.slow
 def test_what_is_in_range_has_a_feasible_answer(arguments: dict[str, Any]) -> None:
     problem = BeamProblem(**arguments)
     answer = design_beams(problem)
@@ -82,6 +84,7 @@ def test_certifying_is_defined_too_and_never_below(arguments: dict[str, Any]) ->
 
 @settings(max_examples=80)
 @given(sane(), st.data())
+@pytest.mark.slow
 def test_what_is_out_of_range_is_refused_by_name_or_answered(
     arguments: dict[str, Any], data: st.DataObject
 ) -> None:
@@ -111,6 +114,7 @@ JSON_VALUES = st.recursive(
 
 @settings(max_examples=60)
 @given(sane(), st.data())
+@pytest.mark.slow
 def test_the_command_line_answers_or_refuses_any_document(
     arguments: dict[str, Any], data: st.DataObject
 ) -> None:

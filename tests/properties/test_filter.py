@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -45,6 +46,7 @@ def normalised(cov: np.ndarray, std: np.ndarray) -> np.ndarray:
 
 
 @given(seeds, magnitudes, kinds, motions)
+@pytest.mark.slow
 def test_no_number_depends_on_how_many_share_the_block(
     seed: int, magnitude: tuple[float, ...], kind: Evolution, uav: UavState
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -62,6 +63,7 @@ def everything(sent, theta, d, axis):
 
 
 @given(seeds, sizes, antennas, axes)
+@pytest.mark.slow
 def test_a_trial_has_the_same_bits_alone_and_in_a_batch(seed, k, n, axis):
     sent, theta, d = scene(seed, 7, k, n)
     whole = everything(sent, theta, d, axis)
@@ -71,6 +73,7 @@ def test_a_trial_has_the_same_bits_alone_and_in_a_batch(seed, k, n, axis):
 
 
 @given(seeds, st.integers(1, 5), antennas, axes, st.data())
+@pytest.mark.slow
 def test_absent_objects_are_as_good_as_never_there(seed, k, n, axis, data):
     sent, theta, d = scene(seed, 1, k, n)
     there = np.array(data.draw(st.lists(st.booleans(), min_size=k, max_size=k)))
@@ -139,6 +142,7 @@ def test_power_and_noise_matter_only_by_their_ratio(seed, k, n, factor):
 
 
 @given(seeds, st.integers(1, 4), sizes, antennas, axes, st.data())
+@pytest.mark.slow
 def test_order_and_division_of_streams_do_not_matter(seed, k, c, n, axis, data):
     sent, _, _ = scene(seed, 1, c, n)
     sent = cut(sent, 0)
@@ -171,6 +175,7 @@ def test_order_and_division_of_streams_do_not_matter(seed, k, c, n, axis, data):
 
 
 @given(seeds, st.integers(1, 4), antennas, axes, st.lists(st.booleans(), min_size=5, max_size=5))
+@pytest.mark.slow
 def test_each_trial_of_a_choice_has_the_physics_of_its_own_mode(seed, k, n, axis, mask):
     sent, theta, d = scene(seed, 5, k, n)
     silent = pilot(np.ones((5, k), dtype=bool), 1.0, n)

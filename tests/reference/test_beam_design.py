@@ -49,6 +49,7 @@ def _cover(problem: BeamProblem, k: int = 0) -> np.ndarray:
 
 
 @pytest.mark.parametrize("case", SINGLE)
+@pytest.mark.slow
 def test_one_object_reaches_the_relaxed_gain_that_cvxpy_finds_on_the_full_problem(case) -> None:
     cp = pytest.importorskip("cvxpy")
     problem = _single(*case)

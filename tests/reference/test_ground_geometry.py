@@ -135,6 +135,7 @@ def test_two_polarisations_have_the_rates_of_one_for_one_object():
     assert results[1].sizes["antenna"] == 128
 
 
+@pytest.mark.slow
 def test_names_and_units_are_those_of_the_contract(tmp_path):
     result = eb.run(
         "ground", schemes=["water-filling"], trials=2, out=tmp_path / "g.nc", quiet=True
@@ -168,6 +169,7 @@ def unlabelled(**changes):
     )
 
 
+@pytest.mark.slow
 def test_objects_on_the_ground_are_found_and_tracked_without_labels():
     """With strong echoes every object is tracked from the first slots on, and nobody else is."""
     result = eb.simulate(unlabelled(), ["water-filling", "temporal"], trials=4, seed=0)
@@ -180,6 +182,13 @@ def test_objects_on_the_ground_are_found_and_tracked_without_labels():
     state = result["track_state"].values
     assert np.isfinite(state).any()
     assert result.sizes["state"] == 4
+
+
+def test_two_polarisations_are_tracked_without_labels():
+    result = eb.simulate(
+        unlabelled(**{"array.polarisations": 2, "frame.frames": 1}), ["water-filling"], trials=2
+    )
+    assert (result["rate"].values[..., -1, :] > 0.0).all()
 
 
 def test_false_detections_are_uniform_over_the_visible_disc():
@@ -206,6 +215,7 @@ def test_false_detections_are_uniform_over_the_visible_disc():
     np.testing.assert_allclose(law.density(found[:, :2]), law.mean_false / area)
 
 
+@pytest.mark.slow
 def test_tracks_that_no_beams_separate_share_one():
     """Two vehicles within a beam: one stream for both in turns, and its cover reaches both."""
     near = [{"position": place, "velocity": [20, 5]} for place in ([40, 30], [41, 31])]

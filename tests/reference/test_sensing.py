@@ -93,6 +93,7 @@ def test_the_angle_reaches_the_exact_bound_in_a_beam_and_in_omni_slots(mode, tot
     assert 1 - spread < np.sqrt(np.mean((capon - u) ** 2)) / bound < 10 ** (2 / 20) + spread
 
 
+@pytest.mark.slow
 def test_the_snr_that_is_reported_is_the_one_after_all_integration():
     """The likelihood ratio of 100 trials has the mean snr + 1 and the variance 2 snr + 1."""
     sent = transmission.directional(np.ones((1, 1, 1), dtype=complex))
@@ -140,6 +141,7 @@ def test_the_loop_over_signals_agrees_with_the_loop_at_the_bound():
         assert gap <= np.hypot(*widths)  # 1.4 half-widths of the difference's interval
 
 
+@pytest.mark.slow
 def test_far_below_the_threshold_nothing_is_measured():
     scenario = eb.load_scenario("paper-signal", {"radio.power": 1.0})
     result = eb.simulate(scenario, ["omni"], trials=4, seed=1, progress=False)
@@ -147,6 +149,7 @@ def test_far_below_the_threshold_nothing_is_measured():
     assert (np.isinf(result["measured_var"]) == np.isnan(result["measured"])).all()
 
 
+@pytest.mark.slow
 def test_the_same_signals_whatever_the_blocks():
     scenario = eb.load_scenario("paper-signal", {"frame.slots_per_frame": 3})
     whole = eb.simulate(scenario, ["omni"], trials=5, seed=3, progress=False)

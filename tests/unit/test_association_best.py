@@ -33,6 +33,7 @@ def check(pairs: Pairs, k: int) -> None:
 
 
 @given(small_pairs(), st.sampled_from([1, 2, 7, MANY]))
+@pytest.mark.slow
 def test_the_best_events_are_those_of_brute_force(pairs: Pairs, k: int) -> None:
     check(pairs, k)
 
@@ -63,6 +64,7 @@ def test_a_batch_has_the_events_of_its_scans() -> None:
 
 
 @given(small_pairs(), st.sampled_from([1, 3, 10]))
+@pytest.mark.slow
 def test_the_search_has_the_weights_of_brute_force_for_odds_of_any_size(
     pairs: Pairs, k: int
 ) -> None:
@@ -114,6 +116,7 @@ def test_murtys_algorithm_and_the_search_have_the_same_events(shape: tuple[int, 
 
 
 @given(small_pairs())
+@pytest.mark.slow
 def test_nearest_is_the_first_of_the_best(pairs: Pairs) -> None:
     event = nearest(pairs)
     weight = log_weight(tuple(event.tolist()), *pairs)

@@ -18,6 +18,7 @@ from ..joint_events import events, forest, probabilities, random_pairs, small_pa
 
 
 @given(small_pairs())
+@pytest.mark.slow
 def test_probabilities_are_those_of_the_joint_events(pairs: Pairs) -> None:
     found = association_probabilities(pairs)
     np.testing.assert_allclose(found, probabilities(*pairs), rtol=1e-9, atol=1e-12)
@@ -67,6 +68,7 @@ def misses_exactly(log_odds: Array, missed: Array) -> Array:
 
 
 @pytest.mark.parametrize("spread", [3.0, 30.0, 300.0])
+@pytest.mark.slow
 def test_larger_scans_agree_with_sixty_digits(spread: float) -> None:
     for seed in range(4):
         pairs = random_pairs(np.random.default_rng(seed), (), 8, 9, 0.5, spread)
@@ -78,6 +80,7 @@ def test_larger_scans_agree_with_sixty_digits(spread: float) -> None:
 
 @pytest.mark.parametrize("size", [1e-300, 1e-10, 1.0, 1e10, 1e300])
 @pytest.mark.parametrize("method", [exact_probabilities, believed_probabilities])
+@pytest.mark.slow
 def test_odds_of_any_size_give_numbers(method: object, size: float) -> None:
     log_odds = np.log(size) + np.random.default_rng(2).normal(size=(5, 6, 6))
     for missed in (np.zeros((5, 6)), np.full((5, 6), np.log(1e-300))):
@@ -178,6 +181,7 @@ def test_the_total_weight_of_belief_propagation_is_a_lower_bound() -> None:
 @pytest.mark.parametrize("share", [0.3, 1.0])
 @pytest.mark.parametrize("spread", [0.1, 3.0, 30.0, 170.0])
 @pytest.mark.parametrize("log_miss", [-1.0, -36.0, -300.0])
+@pytest.mark.slow
 def test_belief_propagation_converges(share: float, spread: float, log_miss: float) -> None:
     """At the fixed point detections belong to one track at most; plain sums of beliefs show it."""
     log_odds = random_pairs(np.random.default_rng(8), (30,), 12, 12, share, spread).log_odds

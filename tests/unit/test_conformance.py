@@ -18,10 +18,12 @@ from echobeam.testing.conformance import ConformanceError
 
 
 @pytest.mark.parametrize("name", available())
+@pytest.mark.slow
 def test_registered_schemes_keep_the_rules(name):
     check_scheme(name)
 
 
+@pytest.mark.slow
 def test_a_scheme_that_sees_the_future_is_caught(monkeypatch):
     """The cheat reads the world over the loop's shoulder."""
     from echobeam.testing import conformance
@@ -46,6 +48,7 @@ def test_a_scheme_that_sees_the_future_is_caught(monkeypatch):
         check_scheme(cheat)
 
 
+@pytest.mark.slow
 def test_a_scheme_that_reads_the_truth_out_of_variances_is_caught():
     """var_tau / var_theta = xi^2 / kappa^2 is a function of cos^2(theta) alone."""
 
@@ -75,6 +78,7 @@ def test_a_scheme_that_reads_the_truth_out_of_variances_is_caught():
         check_scheme(cheat)
 
 
+@pytest.mark.slow
 def test_a_filter_that_is_handed_the_true_angle_is_caught():
     """The measurement is put right before an honest filter sees it; only slot 2 is exact."""
 
@@ -151,6 +155,7 @@ def test_numbers_that_are_none_are_caught():
         check_scheme(undefined)
 
 
+@pytest.mark.slow
 def test_trials_that_learn_from_each_other_are_caught():
     """All trials have one truth; the mean of their measurements is next to it."""
 

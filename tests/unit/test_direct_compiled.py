@@ -178,6 +178,7 @@ def test_code_that_cannot_be_kept_is_told_of() -> None:
     assert "NUMBA_CACHE_DIR" in compiling.message(None)
 
 
+@pytest.mark.slow
 def test_no_bit_depends_on_where_arrays_lie_in_memory():
     """Sums of compiled code in an order of its own had other last bits after other allocations.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from ..interpreted import interpreted
 
@@ -56,6 +57,7 @@ def test_without_leaks_the_powers_are_those_of_water_filling() -> None:
         np.testing.assert_allclose(received * power, expected, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_floors_that_cannot_be_paid_are_scaled_alike() -> None:
     for seed in range(4):
         power, leak, loss = _trial(20 + seed, 3)

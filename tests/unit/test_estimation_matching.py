@@ -48,6 +48,7 @@ def least_value(cost: np.ndarray, tracks: np.ndarray, objects: np.ndarray) -> fl
 
 @given(seeds, sizes, sizes)
 @settings(max_examples=60, deadline=None)
+@pytest.mark.slow
 def test_no_matching_is_cheaper(seed: int, T: int, O: int) -> None:  # noqa: E741
     cost, tracks, objects = problem(np.random.default_rng(seed), 8, T, O)
     matched = match(cost, tracks, objects, 5.0)

@@ -27,6 +27,7 @@ def test_the_expected_rate_is_the_integral_over_the_belief(deviation):
         np.testing.assert_allclose(answer.expected_rate, exact, rtol=2e-2 if snr > 1 else 5e-4)
 
 
+@pytest.mark.slow
 def test_the_expected_rate_is_in_the_band_of_a_monte_carlo_integral():
     draw = np.random.default_rng(7)
     given = beliefs(20, 2, 30, 3.0, 2.0, seed=2)
@@ -182,6 +183,7 @@ def test_without_uncertainty_one_object_has_a_matched_beam():
 
 @pytest.mark.parametrize("snr", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("objects", [2, 4])
+@pytest.mark.slow
 def test_without_uncertainty_the_sum_rate_is_that_of_the_beam_design(snr, objects):
     given = beliefs(8, objects, 30, 0.0, snr, seed=14)
     answer = design_expected(given)

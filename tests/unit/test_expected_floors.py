@@ -21,6 +21,7 @@ def met(given, beams, seed):
 
 @pytest.mark.parametrize("outage", [0.02, 0.2])
 @pytest.mark.parametrize(("deviation", "snr"), [(0.0, 1.0), (0.3, 3e-3), (1.0, 1.0), (3.0, 10.0)])
+@pytest.mark.slow
 def test_floors_are_met_with_their_probability(outage, deviation, snr):
     given = beliefs(10, 2, 30, deviation, snr, seed=1)
     free = design_expected(given)

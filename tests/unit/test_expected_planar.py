@@ -27,6 +27,7 @@ def matched(given):
 
 
 @pytest.mark.parametrize("std", [0.003, 0.03, 0.1])
+@pytest.mark.slow
 def test_the_expected_rate_is_in_the_band_of_a_monte_carlo_integral(std):
     given = beliefs(10, 2, EIGHT, std, 2.0, seed=1)
     answer = design_expected(given)
@@ -60,6 +61,7 @@ def test_a_narrow_belief_has_a_matched_beam():
 
 
 @pytest.mark.parametrize("snr", [1.0, 30.0])
+@pytest.mark.slow
 def test_a_wide_belief_gets_more_than_matched_beams_and_the_paper_s_cover(snr):
     """The cover (38f) of three standard deviations, by the same draws of the belief."""
     given = beliefs(5, 2, EIGHT, 0.08, snr, seed=4)
@@ -109,6 +111,7 @@ def test_one_row_is_a_linear_array():
     )
 
 
+@pytest.mark.slow
 def test_the_distance_follows_the_direction():
     """A belief that says: the larger u, the nearer; the beam leans that way."""
     given = beliefs(3, 1, EIGHT, 0.1, 1e-3, seed=8, stretch=np.full((3, 1, 2), [-2.0, 0.0]))
@@ -139,6 +142,7 @@ def test_no_weight_goes_beyond_the_horizon():
     assert answer.expected_rate[0] == pytest.approx(rate.mean(), rel=0.05)
 
 
+@pytest.mark.slow
 def test_floors_are_met_with_their_probability():
     given = beliefs(6, 2, EIGHT, 0.04, 5.0, seed=9, min_rate=np.full(2, 0.3))
     answer = design_expected(given)

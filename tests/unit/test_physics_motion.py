@@ -143,6 +143,7 @@ def test_motion_satisfies_the_papers_distance_equation():
     assert moved**2 == pytest.approx(squared, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_motion_is_the_exact_rotation_of_the_ledgers_closed_form():
     # theta' = theta - atan2(q, d + p), d' = hypot(d + p, q); SymPy shows that it is the geometry
     theta, d, one, two = sympy.symbols("theta d I II", real=True)

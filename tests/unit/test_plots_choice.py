@@ -114,6 +114,7 @@ def test_a_trial_is_named_by_its_own_number(kind, result):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.slow
 def test_a_variable_that_is_missing_is_named(kind, result):
     for name in (*result.data_vars, "phase"):
         with contextlib.suppress(PlotError):  # any other error would be one without its name

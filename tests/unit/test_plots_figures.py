@@ -42,6 +42,7 @@ def colours(panel, *names):
     return {one.look.colour for one in panel.series if not names or one.name in names}
 
 
+@pytest.mark.slow
 def test_a_marker_means_a_scheme_in_every_panel_of_the_angles(drawn):
     _, data = drawn(angles.FIGURE)
     expected = {looks.SCHEME_LOOKS[name] for name in angles.SCHEMES}
@@ -50,6 +51,7 @@ def test_a_marker_means_a_scheme_in_every_panel_of_the_angles(drawn):
     assert [panel.title[-2:] for panel in data.panels] == 2 * ["20", "30", "40"]
 
 
+@pytest.mark.slow
 def test_colours_mean_either_antennas_or_objects_and_antennas_the_same_as_elsewhere(drawn):
     _, data = drawn(patterns_antennas.FIGURE)
     *arrays, medians, gains = data.panels
@@ -65,6 +67,7 @@ def test_colours_mean_either_antennas_or_objects_and_antennas_the_same_as_elsewh
     ]
 
 
+@pytest.mark.slow
 def test_widths_of_beams_are_those_that_the_picture_shows(drawn):
     """A lobe and its mirror image: twice the lobe's own width where they do not meet."""
     results, data = drawn(patterns_slots.FIGURE)
@@ -83,17 +86,17 @@ def test_every_omni_slot_of_the_long_run_is_shaded(drawn):
     np.testing.assert_allclose(
         [(guide.at + guide.to) / 2 for guide in data.panels[0].guides], [0, 100, 200, 300, 400]
     )
-    assert [one.x.size for one in data.panels[0].series] == [50, 50]
+    assert [one.x.size for one in data.panels[0].series] == [50, 50, 50]
 
 
 @pytest.mark.slow
 def test_every_panel_of_the_heights_has_quantiles_with_intervals(drawn):
     results, data = drawn(height_rates.FIGURE)
     for panel in data.panels:
-        means, tails = panel.series[:2], panel.series[2:]
+        means, tails = panel.series[:3], panel.series[3:]
         assert [one.look.plain() for one in means] == [one.look for one in tails]
         assert all(one.band is not None for one in panel.series)
     rate = height_rates.frame_rate(results, 100, "temporal")
-    by_height = data.panels[-1].series[2]
+    by_height = data.panels[-1].series[3]
     at = list(by_height.x).index(100)
     assert by_height.y[at] == pytest.approx(np.quantile(rate, 0.05))

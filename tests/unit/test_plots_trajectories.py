@@ -146,6 +146,7 @@ def test_a_few_objects_have_a_close_up_and_a_forecast_each(objects):
     assert len(figure_of("trajectories", result).panels) == 1 + 2 * objects
 
 
+@pytest.mark.slow
 def test_objects_that_come_and_go_are_drawn_over_the_time():
     result = eb.simulate(eb.load_scenario("traffic", {"frame.frames": 3}), ["temporal"], trials=1)
     road, error = figure_of("trajectories", result).panels

@@ -43,7 +43,14 @@ FAULTS = [
     ({"objects.0.velocity": [1, 2, 3]}, r"objects.0.velocity: \[1, 2, 3\] has 3 components"),
     ({"objects.0.angle": 1.0}, 'objects.0.angle: not a key with geometry = "ground"'),
     ({"filter.angle_std": 0.1}, 'filter.angle_std: not a key with geometry = "ground"'),
-    ({"radar.model": "signal"}, "radar.model"),
+    (
+        {"radar.model": "signal", "array.polarisations": 2},
+        'array.polarisations: 2 is not accepted with radar.model = "signal"; expected 1',
+    ),
+    (
+        {"radar.model": "signal", "radar.ground_clutter": 1.0},
+        "radar.ground_clutter: 1 is not accepted",
+    ),
 ]
 
 

@@ -55,6 +55,7 @@ def test_what_replaces_is_validated_like_a_file():
         st.dictionaries(TEXTS, st.booleans() | st.integers() | NUMBERS | TEXTS),
     ),
 )
+@pytest.mark.slow
 def test_any_scenario_reads_back_from_its_text(description, height, angle, slot, tables):
     scenario = Scenario(
         name="any",

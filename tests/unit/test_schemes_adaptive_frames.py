@@ -117,12 +117,14 @@ def test_beams_for_the_rest_of_the_power_have_the_sinr_that_they_were_made_for()
     np.testing.assert_allclose(transmission.radiated_power(sent), radio.power, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_with_labels_one_look_is_enough_while_nobody_arrives():
     scenario = eb.load_scenario("paper-long").replace({"coverage.min_rate": 0.0})
     result = eb.simulate(scenario, schemes=["posterior"], trials=2, seed=3)
     assert (result["mode"].values == Mode.OMNI).sum(axis=-1).tolist() == [[1, 1]]
 
 
+@pytest.mark.slow
 def test_a_share_of_the_power_finds_whom_nobody_announces():
     scenario = UNLABELLED.replace({"frame.frames": 4})
     result = eb.simulate(scenario, schemes=["posterior"], trials=2, seed=3)

@@ -58,6 +58,7 @@ def result():
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_cover_is_the_ellipse_of_the_last_measurement(result):
     one = result.sel(scheme="temporal").isel(object=0)
     measured = one["measured_var"].values[:, 1:-1, :2]

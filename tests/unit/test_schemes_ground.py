@@ -169,6 +169,7 @@ def test_it_keeps_the_rules_of_a_scheme(scheme):
         {"radio.power": 1e5},
     ],
 )
+@pytest.mark.slow
 def test_it_is_not_overconfident_with_other_equipment(changes):
     made = records(GROUND, (60, 100, 1.0), trials=100, **changes)
     found = errors(made, slice(0, 3, 2))  # angle and velocity: the height may be known exactly
@@ -176,6 +177,7 @@ def test_it_is_not_overconfident_with_other_equipment(changes):
     assert np.isfinite(made[-1].estimated).all()
 
 
+@pytest.mark.slow
 def test_many_points_tell_no_more():
     few, many = (
         np.mean(rates(records(f"{GROUND},points={points}", (60, 100, 1.0), trials=100)))
@@ -184,6 +186,7 @@ def test_many_points_tell_no_more():
     assert few == pytest.approx(many, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_two_objects_on_both_sides_are_tracked():
     scenario = load_scenario("paper-multi")
     made = list(run_slots(begin(scene_of(scenario), 3, range(100)), configure(scenario, GROUND)))

@@ -23,6 +23,7 @@ def alarms(cells, kind, width=12):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.slow
 def test_noise_alone_raises_false_alarms_at_the_set_rate(kind):
     """400,000 cells under test; the interval holds 99.9 % of all seeds."""
     noise = np.random.default_rng(11).exponential(size=(400_000, 31))

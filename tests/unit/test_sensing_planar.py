@@ -73,6 +73,7 @@ def test_the_chain_is_on_the_exact_bound(omni, angle):
 
 
 @pytest.mark.parametrize("omni", [False, True])
+@pytest.mark.slow
 def test_directions_alone_are_on_the_bound_from_15_db(omni):
     """With delay and Doppler known the search is over directions only, as for a linear array."""
     trials = 80
@@ -116,6 +117,7 @@ def test_the_stated_variance_is_that_of_the_differentiated_signal(shape):
     np.testing.assert_array_equal(stated, (cells <= 0.04).all(axis=-1))
 
 
+@pytest.mark.slow
 def test_two_echoes_are_told_apart_and_close_ones_refined_together():
     far = (np.array([-0.4, 0.3]), 2.2e-6, -3000.0)
     near = (PLACE + np.array([0.3, 0.0]), DELAY + 0.4 / WAVE.bandwidth, DOPPLER)

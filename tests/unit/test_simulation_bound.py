@@ -37,6 +37,7 @@ def bound_of(objects, detections, process_noise):
 
 @pytest.mark.parametrize("process_noise", [False, True])
 @pytest.mark.parametrize("detections", ["labelled", "unlabelled"])
+@pytest.mark.slow
 def test_an_object_that_appears_later_has_the_bound_of_one_that_was_there(
     detections, process_noise
 ):
@@ -57,6 +58,7 @@ def test_an_object_that_appears_later_has_the_bound_of_one_that_was_there(
     np.testing.assert_allclose(before[:LATER], one[:LATER], rtol=rtol)
 
 
+@pytest.mark.slow
 def test_an_object_that_is_measured_late_has_no_bound_until_then():
     """With noise of nature's own and nothing known, rounding leaves information below zero."""
     weak = Scenario.model_validate(

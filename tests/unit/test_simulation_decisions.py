@@ -70,6 +70,7 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr("echobeam.simulation.blocks.MOST_TRIALS", 10)
 
 
+@pytest.mark.slow
 def test_a_resumed_run_counts_the_blocks_that_it_reads(tmp_path, monkeypatch, clock):
     small_blocks(monkeypatch)
     run = Recording(SCENARIO, LIGHT, 30, 0, tmp_path / "r.nc")
@@ -92,6 +93,7 @@ def test_a_resumed_run_counts_the_blocks_that_it_reads(tmp_path, monkeypatch, cl
     assert (again.anything, again.decisions) == (False, ())
 
 
+@pytest.mark.slow
 def test_a_sweep_has_times_of_every_point_but_not_in_its_files(tmp_path, monkeypatch, clock):
     small_blocks(monkeypatch)
     grid = Grid("paper-single", (), (Varied("trials", ("4", "12")),))

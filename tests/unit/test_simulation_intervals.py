@@ -34,6 +34,7 @@ def resampled(result, statistic, count=2000):
     return np.quantile(values, [0.025, 0.975])
 
 
+@pytest.mark.slow
 def test_every_figure_of_the_whole_run_has_an_interval_around_it(figures):
     for figure in figures.values():
         assert set(figure.intervals) == set(scalars(unlabelled=False))
@@ -81,6 +82,7 @@ def test_a_share_of_none_or_all_has_clopper_and_pearsons_bound():
     assert figure.intervals["lost"] == pytest.approx((0.0, exact))
 
 
+@pytest.mark.slow
 def test_the_quantiles_interval_holds_the_true_quantile_in_95_per_cent():
     """Binomial: 19 of 20 intervals on average; the limits are met in 99.9 % of all seeds."""
     scenario = eb.load_scenario("paper-multi")

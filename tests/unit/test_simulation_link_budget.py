@@ -216,6 +216,7 @@ def test_the_nearest_distance_is_that_of_the_whole_run():
     assert found.value == pytest.approx(100 - 199 * 0.0125)
 
 
+@pytest.mark.slow
 def test_an_empty_scene_and_an_endless_run_are_described():
     empty = describe(eb.load_scenario("paper-single", {"objects": []}))
     assert empty.objects == ()

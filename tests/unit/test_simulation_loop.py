@@ -273,6 +273,7 @@ def test_held_beams_are_designed_once_a_frame():
     assert designed == [2, 6]
 
 
+@pytest.mark.slow
 def test_a_trace_is_read_once_a_run(tmp_path, monkeypatch):
     scenario = eb.load_scenario("traffic", {"frame.frames": 2})
     calls = []

@@ -33,6 +33,7 @@ def result():
     )
 
 
+@pytest.mark.slow
 def test_means_and_intervals_are_students(result):
     figures = summarise(result, SCENARIO)["water-filling"]
     total = result["rate"].sel(scheme="water-filling").sum("object").values
@@ -101,6 +102,7 @@ def test_no_filter_beats_the_posterior_bound():
     assert np.isnan(bound.sel(scheme="pilot-needle").values).all()
 
 
+@pytest.mark.slow
 def test_a_prediction_has_no_bound():
     """Dead reckoning measures in the first slot of a frame; what follows is no measurement's."""
     scenario = eb.load_scenario("paper-multi", {"frame.frames": 2, "coverage.min_rate": 0.0})

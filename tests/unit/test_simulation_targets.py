@@ -80,6 +80,7 @@ def test_targets_without_an_aspect_are_alike_from_all_sides():
     np.testing.assert_allclose(draws[0], draws[1], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_swerling_one_is_a_target_as_well_and_the_default_is_constant():
     one = run("paper-multi", "swerling1", ("temporal",), trials=4)
     other = run("paper-multi", "constant", ("temporal",), trials=4,
@@ -108,6 +109,7 @@ def test_a_scheme_is_given_the_variance_at_the_aspect_that_it_predicts():
     assert 0.05 < wrong.mean() < 0.6  # the first Doppler leaves the heading open
 
 
+@pytest.mark.slow
 def test_the_receiver_of_signals_states_the_variance_of_the_echo():
     """At high SNR the stated deviations follow the cross-section, with the same noise."""
     strong = {"radio.power": 3e9, "frame.slots_per_frame": 3}

@@ -137,6 +137,7 @@ def by_loops(a, scheme, axis):
 
 
 @pytest.mark.parametrize("axis", ["horizontal", "vertical"])
+@pytest.mark.slow
 def test_every_statistic_is_that_of_loops_over_the_run(axis):
     scenario, result = run(axis)
     arrays = arrays_of(result)
@@ -154,6 +155,7 @@ def test_every_statistic_is_that_of_loops_over_the_run(axis):
     assert min(water.values()) > 0.0
 
 
+@pytest.mark.slow
 def test_blocks_of_trials_join_to_the_whole():
     scenario, result = run()
     whole = track_statistics(arrays_of(result), scenario)

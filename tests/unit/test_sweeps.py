@@ -83,12 +83,14 @@ def test_a_tidy_csv_has_a_row_per_point_and_scheme(swept, tmp_path):
     assert row["frame_rate_over_genie"] == ""
 
 
+@pytest.mark.slow
 def test_a_grid_opens_from_its_file(swept, tmp_path):
     swept[2].to_netcdf(tmp_path / "s.nc", engine="h5netcdf")
     with xr.open_dataset(tmp_path / "s.nc") as found:
         xr.testing.assert_equal(found, swept[2])
 
 
+@pytest.mark.slow
 def test_an_interrupted_study_goes_on_and_comes_to_the_same(swept, tmp_path):
     grid, whole, _ = swept
     study = study_in(tmp_path / "b", whole.points, 3)
@@ -185,6 +187,7 @@ def test_every_axis_of_a_product_has_its_own_values():
     assert [round(math.degrees(one.objects[0].angle)) for one in grid.along(points, 0)] == [60, 45]
 
 
+@pytest.mark.slow
 def test_keys_that_vary_together_are_one_dimension(tmp_path):
     """A point is the run of its scenario; what varies with the first key is beside it."""
     grid = Grid(

@@ -24,6 +24,7 @@ def load(path):
     return load_motion(path, np.arange(5.0), uav_x=0.0, max_objects=1, range_m=100.0)
 
 
+@pytest.mark.slow
 def test_a_long_trace_shows_how_much_of_both_readings_is_done(long_trace):
     shown = []
     with watched(lambda done, total: shown.append((done, total))):

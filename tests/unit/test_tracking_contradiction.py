@@ -29,6 +29,7 @@ def test_the_first_slot_alone_has_at_most_the_stated_false_alarms():
     assert 0.6 * low < share < high
 
 
+@pytest.mark.slow
 def test_later_slots_have_about_the_stated_false_alarms():
     """A weighted sum of squares is nearly, not exactly, chi-square: within a factor of two."""
     share = run(normals(2, 20, 50_000, 3))[8:].mean()

@@ -29,6 +29,7 @@ def test_the_first_slot_alone_has_exactly_the_stated_false_alarms():
     assert low < (run(nis) > 1.0).mean() < high
 
 
+@pytest.mark.slow
 def test_later_slots_have_about_the_stated_false_alarms():
     """A weighted sum is nearly, not exactly, chi-square: within a factor of two."""
     nis = np.random.default_rng(2).chisquare(3.0, (12, 100_000))

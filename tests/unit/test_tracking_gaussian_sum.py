@@ -49,6 +49,7 @@ def drawn(state, value, variance, model, count=1_000_000):
 
 @pytest.mark.parametrize(("axes", "points"), [(1, (17,)), (2, (17, 17))])
 @pytest.mark.parametrize("doppler", [True, False])
+@pytest.mark.slow
 def test_a_belief_becomes_the_posterior_of_weighted_draws(axes, points, doppler):
     state = belief(axes)
     model = GroundMeasurement(30e9, axes)

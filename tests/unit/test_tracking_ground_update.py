@@ -40,9 +40,10 @@ def objects(place, count, velocity=None, altitude_std=0.7):
 def test_the_belief_is_consistent_in_every_slot(setting, place, rates):
     """Truth drawn from the stated laws: inside the 99.9 % band of the mean of 300."""
     low, high = chi_square_band(4, 300, 0.999)
-    mean = tracked(setting, objects(place, 300)).nees.mean(axis=1)
-    assert (mean > low).all()
-    assert (mean < high).all()
+    made = tracked(setting, objects(place, 300))
+    for mean in (made.nees.mean(axis=1), made.nis[1:].mean(axis=1)):
+        assert (mean > low).all()
+        assert (mean < high).all()
 
 
 @pytest.mark.slow

@@ -71,6 +71,15 @@ def test_what_was_not_measured_is_unknown_and_noise_beyond_the_horizon_is_no_fau
     assert np.isnan(found.mean[1:]).all()
 
 
+def test_cosines_that_say_nothing_are_no_direction():
+    model = PlaneMeasurement(GROUND_GEOMETRY, CARRIER)
+    value = model.expected(STATES, UAV)
+    variance = np.array([[1e30, 1e30, 1e-18, 1e2], [1e-4, 1e30, 1e-18, 1e2], [1e-4] * 4])
+    found = first_state(value, variance, model, UAV, 30.0)
+    np.testing.assert_array_equal(found.known, [False, True, True])
+    assert np.isfinite(found.cov[1:]).all()
+
+
 def test_one_cosine_leaves_the_other_axis_open():
     model = PlaneMeasurement(GROUND_GEOMETRY, CARRIER)
     uav = UavState(np.array([0.0, 0.0, 100.0]), np.zeros(3))

@@ -47,7 +47,8 @@ def plot(
     kind
         ``"rate"``, ``"tracking"``, ``"patterns"``, ``"trajectories"``, ``"consistency"``,
         ``"forecast"`` or ``"distribution"`` of a run, ``"tracks"`` or ``"gospa"`` of an unlabelled
-        one, ``"map"`` of one on the ground, ``"sweep"`` of a sweep; by default the rate of a run and the only picture of a sweep.
+        one, ``"map"`` of one on the ground, ``"sweep"`` of a sweep; by default the rate of a run
+        and the only picture of a sweep.
     schemes, scheme
         Names of the schemes shown; all by default. Map, patterns, trajectories and tracks
         show the first.

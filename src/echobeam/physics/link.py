@@ -86,7 +86,7 @@ def stream_gains(sent: Transmission, theta: npt.ArrayLike, array: AntennaArray) 
     uncorrelated = np.sum(sent.antenna_power, axis=-1)[..., np.newaxis, :]
     power = amplitude.real**2 + amplitude.imag**2
     if array.polarisations > 1:
-        streams = power.shape[-1] // array.polarisations  # -1 is ambiguous without objects
+        streams = sent.beams.shape[-2]  # not -1: without streams there is nothing to infer it from
         power = power.reshape(*power.shape[:-1], streams, array.polarisations).sum(axis=-1)
     gains: Array = power + uncorrelated
     return gains

@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from echobeam.physics.element import Element, element_gain
 from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array, BoolArray, StateSpace, UavState
 
@@ -49,11 +50,14 @@ class GroundGeometry:
     normal
         Unit vector into the half-space that the array sees; None for an array on one line, which
         sees all around.
+    element
+        Pattern of the elements in front of the array.
     """
 
     along_rows: Vector = (1.0, 0.0, 0.0)
     along_columns: Vector = (0.0, 1.0, 0.0)
     normal: Vector | None = (0.0, 0.0, -1.0)
+    element: Element = "isotropic"
 
     @property
     def name(self) -> str:
@@ -102,15 +106,14 @@ class GroundGeometry:
     def place(self, state: Array, uav: UavState) -> Array:
         """Return direction cosines, distance, line of sight and velocity, ``(..., 8)``.
 
-        The distance is infinite behind the array. Line of sight (from the UAV, 3 components) and
+        The distance is the one that gives the path's gain: divided by the root of the element's
+        gain, so that it acts once on the link and twice on the echo, and infinite behind the array.
+        Line of sight (from the UAV, 3 components) and
         velocity (2) are what the aspect of a target depends on.
         """
         offset, distance = _sight(state, uav)
-        behind = np.zeros(distance.shape, dtype=bool)
-        if self.normal is not None:
-            behind = offset @ np.array(self.normal) <= 0.0
         u, v = self._cosines(offset, distance)
-        seen = np.stack([u, v, np.where(behind, np.inf, distance)], axis=-1)
+        seen = np.stack([u, v, self._apparent(distance, offset, u, v)], axis=-1)
         return np.concatenate([seen, offset / distance[..., None], state[..., 2:4]], axis=-1)
 
     def measured_place(self, value: Array) -> Array:
@@ -122,8 +125,11 @@ class GroundGeometry:
         cosines = np.where(np.isfinite(value[..., :2]), value[..., :2], 0.0)
         cosines = visible(cosines)
         distance = 0.5 * SPEED_OF_LIGHT * value[..., 2]
-        still = np.zeros_like(cosines)
-        return np.concatenate([cosines, distance[..., None], self.sight(cosines), still], axis=-1)
+        sight, still = self.sight(cosines), np.zeros_like(cosines)
+        if self.normal is not None:
+            inside = sight * distance[..., None]
+            distance = self._scaled(distance, inside, cosines[..., 0], cosines[..., 1])
+        return np.concatenate([cosines, distance[..., None], sight, still], axis=-1)
 
     def ideal(self, state: Array, uav: UavState, carrier: float) -> Array:
         """Return cosines, delay 2 d / c and Doppler (2 f_c / c) (-dd/dt), ``(..., 4)``."""
@@ -159,6 +165,21 @@ class GroundGeometry:
         vector: Array = inside[..., :1] * e_u + inside[..., 1:] * e_v + out[..., None] * normal
         return vector
 
+    def _apparent(self, distance: Array, offset: Array, u: Array, v: Array) -> Array:
+        """Return the distance ``(...)`` that gives the path's gain, infinite behind the array."""
+        if self.normal is None:
+            return distance
+        behind = offset @ np.array(self.normal) <= 0.0
+        return np.where(behind, np.inf, self._scaled(distance, offset, u, v))
+
+    def _scaled(self, distance: Array, offset: Array, u: Array, v: Array) -> Array:
+        """Return a distance over the root of the element's gain."""
+        if self.element == "isotropic":
+            return distance
+        out = offset @ np.array(self.normal)
+        with np.errstate(invalid="ignore"):
+            return distance / np.sqrt(element_gain(u, v, out / distance))
+
     def _cosines(self, offset: Array, distance: Array) -> tuple[Array, Array]:
         u: Array = offset @ np.array(self.along_rows) / distance
         v: Array = offset @ np.array(self.along_columns) / distance
@@ -169,7 +190,7 @@ GROUND_GEOMETRY = GroundGeometry()
 """Geometry of an array that looks down: u is the cosine to x, v that to y."""
 
 
-def facing(direction: Vector) -> GroundGeometry:
+def facing(direction: Vector, element: Element = "isotropic") -> GroundGeometry:
     """Return the geometry of an array whose normal is a direction.
 
     e_v = z x n / |z x n| is horizontal, y where the normal is vertical, and e_u = n x e_v: an
@@ -180,6 +201,8 @@ def facing(direction: Vector) -> GroundGeometry:
     ----------
     direction
         In ground coordinates, of any length but zero.
+    element
+        Pattern of its elements.
     """
     length = math.sqrt(sum(part * part for part in direction))
     normal = np.array(direction) / length
@@ -187,7 +210,7 @@ def facing(direction: Vector) -> GroundGeometry:
     width = float(np.hypot(across[0], across[1]))
     e_v = across / width if width > 0.0 else np.array([0.0, 1.0, 0.0])
     e_u = np.cross(normal, e_v)
-    return GroundGeometry(_vector(e_u), _vector(e_v), _vector(normal))
+    return GroundGeometry(_vector(e_u), _vector(e_v), _vector(normal), element)
 
 
 def visible(cosines: Array) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -14,7 +13,7 @@ from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series, grid, 
 from echobeam.plots.source import Source, empty_figure
 from echobeam.schemes.configure import geometry_of, system_for
 from echobeam.simulation.statistics import needed, squares_of
-from echobeam.simulation.summary import GENIE, pooled_bound
+from echobeam.simulation.summary import GENIE, errors_of, pooled_bound
 from echobeam.values import Array
 
 _EXPECTED = Look("0.25", "", "-")
@@ -29,7 +28,8 @@ def consistency(source: Source) -> FigureData:
     - NEES and NIS (per measured component) with the 95 % band of a mean of independent chi-square
     variables; if the schemes' sample sizes differ, the band of the smallest.
     - The share of true directions inside the cover of (38f), beside that of a Gaussian.
-    - RMSE of the geometry's errors over the posterior Cramer-Rao bound, see `bound_of`.
+    - RMSE of angle and distance, on the ground of position and velocity, over the posterior
+    Cramer-Rao bound, see `bound_of`.
     - Mean sum rate over the genie's, with the 95 % interval over paired trials.
 
     A quantity that the result lacks is named below the title. Estimates within a frame are
@@ -38,9 +38,8 @@ def consistency(source: Source) -> FigureData:
     source.check(*needed(source.scenario))
     if not source.result.sizes["object"]:
         return empty_figure(source, "consistency", "no objects to track")
-    errors = geometry_of(source.scenario).errors
     panels = [_nees(source), _nis(source), _cover(source)]
-    panels += [_over_bound(source, error) for error in errors]
+    panels += [_over_bound(source, error) for error in errors_of(source.scenario)]
     panels.append(_over_genie(source))
     shown = tuple(panel for panel in panels if not all(one.empty for one in panel.series))
     without = [
@@ -114,7 +113,7 @@ def _band(fewest: Array, band: Callable[[float], tuple[float, float]]) -> Array:
 
 
 def _nees(source: Source) -> Panel:
-    """Return the normalised estimation errors squared, as many as the state's components."""
+    """Return the normalised estimation errors squared, of as many as the state has components."""
     size = geometry_of(source.scenario).space.size
     values, fewest = _ratios(source, "nees", "nees_count")
     band = _band(fewest / source.pooled, lambda n: chi_square_band(size, n))
@@ -132,16 +131,20 @@ def _nis(source: Source) -> Panel:
 
 def _cover(source: Source) -> Panel:
     """Return the shares of true directions inside the cover, %."""
+    from scipy.special import erf
+
     values, fewest = _ratios(source, "inside", "covered")
     widths = {name: system_for(source.scenario, name).coverage.width for name in source.names}
     shown = {name: width for name, width in widths.items() if np.isfinite(values[name]).any()}
     differ = sorted(set(shown.values()) or {source.scenario.coverage.width})
-    axes = geometry_of(source.scenario).axes
-    shares = {width: _expected_share(width, axes) for width in differ}
+    ground = source.scenario.geometry == "ground"
+    shares = {
+        width: float(1.0 - np.exp(-0.5 * width**2) if ground else erf(width / np.sqrt(2.0)))
+        for width in differ
+    }
     first = shares[differ[0]]
     band = _band(fewest / source.pooled, lambda n: share_band(first, max(1, round(n))))
-    one = f"±{differ[0]:g}σ" if axes == 1 else f"the {differ[0]:g}σ ellipse"
-    name = f"Inside {one}" if len(differ) == 1 else "Inside the cover"
+    name = f"Inside ±{differ[0]:g}σ" if len(differ) == 1 else "Inside the cover"
     panel = _panel(
         source, name, {one: 100.0 * value for one, value in values.items()}, 100.0 * first,
         100.0 * band if len(differ) == 1 else None, "%", "no beam has a cover",
@@ -159,22 +162,14 @@ def _cover(source: Source) -> Panel:
     return Panel(panel.x, axis, panel.series, guides=guides, empty=panel.empty)
 
 
-def _expected_share(width: float, axes: int) -> float:
-    """Return the share of a Gaussian within ``width`` deviations, of one component or two."""
-    if axes == 1:
-        from scipy.special import erf
-
-        return float(erf(width / np.sqrt(2.0)))
-    return 1.0 - math.exp(-0.5 * width**2)
-
-
 def _over_bound(source: Source, error: str) -> Panel:
     """Return RMSE over the posterior Cramer-Rao bound, for objects with a bound."""
     values, components = {}, geometry_of(source.scenario).errors[error]
     for name in source.names:
         part = source.parts[name]
         least, _ = pooled_bound(part, error, source.scenario)
-        squares = np.where(least > 0, squares_of(part, components).sum(axis=-1), 0.0)
+        found = squares_of(part, components).sum(axis=-1)
+        squares = np.where(least > 0, found, 0.0)
         values[name] = np.sqrt(quotient(source.pool(squares), source.pool(least)))
     why = "the objects of a trace come and go" if source.scenario.trace else "nothing is predicted"
     return _panel(source, f"{error.capitalize()} RMSE / bound", values, 1.0, empty=why)

@@ -29,8 +29,8 @@ def cosine_patterns(source: Source) -> FigureData:
     """Return the power sent in one trial over the direction cosines, in chosen slots.
 
     The shades are the sum over all beams of |a(u, v)^H w_k|^2 within the visible region, of two
-    polarisations the sum of both. Marks are the true and predicted directions; a dashed line is
-    the edge of the ellipse that a beam was designed to cover, Eq. (38f).
+    polarisations the sum of both, without the pattern of the elements themselves. Marks are the
+    true and predicted directions; a dashed line is the edge of the ellipse that a beam was designed to cover, Eq. (38f).
     """
     run = read_ground(source)
     chosen = choose_slots(source, run.slot, run.mode, run.has_beam, _DEFAULT_SLOTS)
@@ -101,8 +101,8 @@ def _panel(run: GroundRun, index: int, objects: list[int], field: Field) -> Pane
         if run.has_cover(index, k):
             points = edge(predicted[k], run.cover[index, k])
             series.append(
-                Series(f"{name}, cover", *points.T, look=Look(look.colour, "", COVER),
-                       kind="line", width=1.1, legend=False)
+                Series(f"{name}, cover", points[:, 0], points[:, 1],
+                       look=Look(look.colour, "", COVER), kind="line", width=1.1, legend=False)
             )  # fmt: skip
     limits = (-1.04, 1.04)
     return Panel(

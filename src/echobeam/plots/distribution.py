@@ -1,4 +1,4 @@
-"""Distributions over the trials: rate, size of the error, and outage."""
+"""Distributions over the trials: rate, angle error, and outage."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _SHARE = (-0.02, 1.02)
 
 
 def distribution(source: Source) -> FigureData:
-    """Return the empirical distributions of rate, error and rate per object.
+    """Return the empirical distributions of rate, angle error and rate per object.
 
     - Rate: a frame's mean sum rate, over trials and frames; a trial's mean over the slots shown
     if these are not complete frames.
-    - Angle error (on the ground the position's): its size, over trials, slots and objects in the
-    scene. An object without a track has no error: the curve then ends below one, by the share of
-    such objects.
+    - Error of the angle, on the ground of the position: its size, over trials, slots and objects
+    in the scene. An object without a track has no error: the curve then ends below one, by the
+    share of such objects.
     - Outage: share of objects and slots with beams whose rate is at or below a value; the
     scheme's rate floor is marked if it has one.
     """
@@ -36,9 +36,10 @@ def distribution(source: Source) -> FigureData:
         for number in range(3)
     ]
     low = min((float(one.x[0]) for one in series[1] if one.x[0] > 0), default=None)
+    ground = source.scenario.geometry == "ground"
+    error, unit = ("position", "m") if ground else ("angle", "deg")
     part = "frame" if source.frame == source.scenario.frame.slots_per_frame else "trial"
     slots = f"{'frames of ' * (part == 'frame')}{source.frame} slot{'s' * (source.frame > 1)}"
-    error, unit = _error(source)
     panels = (
         Panel(Axis(f"Mean sum rate of a {part}", "bit/s/Hz"),
               Axis(f"Share of {part}s at or below", limits=_SHARE),
@@ -53,7 +54,9 @@ def distribution(source: Source) -> FigureData:
 
 
 def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
-    """Return a scheme's rates of frames, errors in the unit shown, and rates of objects.
+    """Return a scheme's rates of frames, errors, and rates of objects.
+
+    Errors are those of the angle in degrees, on the ground those of the position in m.
 
     A missing estimate counts as an infinite error.
     """
@@ -63,22 +66,15 @@ def _samples(source: Source, index: int) -> tuple[Array, Array, Array]:
     sum_rate = source.parts[source.names[index]]["sum_rate"][:, source.shown]
     frames = sum_rate.reshape(source.trials, -1, source.frame).mean(axis=-1)
     geometry = geometry_of(source.scenario)
-    errors = posterior_errors(one["estimated"].values, one["truth"].values, geometry.space)
-    name, components = next(iter(geometry.errors.items()))
-    chosen = [geometry.space.names.index(component) for component in components]
-    error = np.sqrt(np.sum(errors[present][:, chosen] ** 2, axis=-1))
-    if name == "angle":
-        error = np.degrees(error)
+    errors = posterior_errors(one["estimated"].values, one["truth"].values, geometry.space)[present]
+    if geometry.axes == 1:
+        error = np.abs(np.degrees(errors[:, 0]))
+    else:
+        error = np.hypot(errors[:, 0], errors[:, 1])
     directional = present & with_beams(one["mode"].values)[..., None]
     return frames.ravel(), np.where(np.isfinite(error), error, np.inf), one["rate"].values[
         directional
     ]  # fmt: skip
-
-
-def _error(source: Source) -> tuple[str, str]:
-    """Return the name and the unit shown of the error that beams depend on."""
-    name = next(iter(geometry_of(source.scenario).errors))
-    return name, "deg" if name == "angle" else "m"
 
 
 def _cumulative(name: str, samples: npt.ArrayLike, look: Look) -> Series:

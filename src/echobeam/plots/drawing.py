@@ -160,7 +160,8 @@ def _looks(data: FigureData) -> dict[str, Look]:
 
 def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, Look]) -> dict[str, Artist]:
     """Draw a panel and return the legend entries by name."""
-    axes.set_title(_in_lines(panel.title, int(1.2 * _CHARACTERS_PER_INCH * _inches_wide(axes))))
+    inches = axes.get_window_extent().width / axes.figure.dpi
+    axes.set_title(_in_lines(panel.title, max(12, int(1.2 * _CHARACTERS_PER_INCH * inches))))
     entries: dict[str, Artist] = {}
     for guide in panel.guides:
         artist = _draw_guide(axes, guide)

@@ -102,16 +102,16 @@ def _panel(run: GroundRun, index: int, objects: list[int], field: Field) -> Pane
                  legend=False, arrow=True)  # fmt: skip
     series = [uav]
     lowest = float(field.y[0] + 0.1 * (field.y[-1] - field.y[0]))
-    notes = [Note("UAV", *map(float, run.uav[-1, :2]), offset=(0, 10), bold=True)]
+    notes = [Note("UAV", float(run.uav[-1, 0]), float(run.uav[-1, 1]), offset=(0, 10), bold=True)]
     for k in objects:
         own, note = _object(run, index, k, lowest)
         series += own
         notes += note
-    axes = (
+    x, y = (
         Axis(name, "m", limits=(float(at[0]), float(at[-1])))
         for name, at in (("x", field.x), ("y", field.y))
     )
-    return Panel(*axes, tuple(series), slot_title(run, index), notes=tuple(notes), equal=True,
+    return Panel(x, y, tuple(series), slot_title(run, index), notes=tuple(notes), equal=True,
                  field=field)  # fmt: skip
 
 
@@ -123,8 +123,8 @@ def _object(run: GroundRun, index: int, k: int, lowest: float) -> tuple[list[Ser
     look, name = object_look(k), f"object {k + 1}"
     path = np.where(run.present[:, k, None], run.truth[:, k, :2], np.nan)
     series = [
-        Series(f"{name}, true path", *path.T, look=look.plain("-"), kind="line", width=1.6,
-               legend=False, arrow=True)
+        Series(f"{name}, true path", path[:, 0], path[:, 1], look=look.plain("-"),
+               kind="line", width=1.6, legend=False, arrow=True)
     ]  # fmt: skip
     estimated = run.estimated[index, k, :2]
     if np.isfinite(estimated).all():
@@ -137,7 +137,7 @@ def _object(run: GroundRun, index: int, k: int, lowest: float) -> tuple[list[Ser
         points = run.on_ground(index, edge(run.centre[index, k], run.cover[index, k]))
         lines[f"{name}, cover"] = points, Look(look.colour, "", COVER), 1.1
     series += [
-        Series(text, *points.T, look=own, kind="line", width=width, legend=False)
+        Series(text, points[:, 0], points[:, 1], look=own, kind="line", width=width, legend=False)
         for text, (points, own, width) in lines.items()
         if np.isfinite(points).any()
     ]
@@ -155,8 +155,8 @@ def _number(k: int, points: Array, lowest: float) -> list[Note]:
     below = points[i, 1] > lowest
     if not below:
         i = int(np.argmax(points[:, 1]))
-    at, up = (float(points[i, 0]), float(points[i, 1])), -9.0 if below else 9.0
-    return [Note(str(k + 1), *at, object_look(k).colour, offset=(0.0, up), bold=True)]
+    x, y, up = float(points[i, 0]), float(points[i, 1]), -9.0 if below else 9.0
+    return [Note(str(k + 1), x, y, object_look(k).colour, offset=(0.0, up), bold=True)]
 
 
 def region(run: GroundRun, index: int, k: int) -> Array:

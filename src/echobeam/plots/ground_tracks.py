@@ -54,11 +54,12 @@ def ground_tracks(source: Source) -> FigureData:
 
 def _map(paths: Paths, uav: Array) -> Panel:
     """Return tracks and objects seen from above, around the objects and the UAV."""
-    flown = Series("UAV", *uav.T, look=Look("0.5"), kind="line", legend=False, arrow=True)
+    flown = Series("UAV", uav[:, 0], uav[:, 1], look=Look("0.5"), kind="line", legend=False,
+                   arrow=True)  # fmt: skip
     objects = np.stack([paths.at, paths.true], axis=-1).reshape(-1, 2)
     low, high = framed(np.concatenate([uav, objects]), _MARGIN, _LEAST)
-    axes = (
+    x, y = (
         Axis(name, "m", limits=(float(low[i]), float(high[i]))) for i, name in enumerate(_NAMES)
     )
     notes = (Note("UAV", float(uav[-1, 0]), float(uav[-1, 1]), "0.4", offset=(0.0, 9.0)),)
-    return Panel(*axes, (flown, *paths.series()), notes=notes, equal=True)
+    return Panel(x, y, (flown, *paths.series()), notes=notes, equal=True)

@@ -70,6 +70,7 @@ SCHEME_LOOKS: dict[str, Look] = {
 """Looks of the built-in schemes; users' schemes and variants use those of `_OTHERS`."""
 
 _OTHERS = (
+    Look(PURPLE, "H", "-"),
     Look(ORANGE, "P", SHORT),
     Look(SKY, "p", DASHED),
     Look(BLACK, "*", LONG),

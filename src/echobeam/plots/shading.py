@@ -44,4 +44,4 @@ def add_bar(figure: Figure, panels: Sequence[Axes], shaded: QuadContourSet, fiel
         shrink=0.8, aspect=20.0, pad=0.015,
     )  # fmt: skip
     bar.ax.tick_params(length=2.0)
-    bar.outline.set_linewidth(0.6)  # type: ignore[operator]
+    bar.outline.set_linewidth(0.6)

@@ -1,4 +1,4 @@
-"""Errors of the estimates per slot, against the posterior Cramer-Rao bound."""
+"""Errors of the posterior per slot, against the posterior Cramer-Rao bound."""
 
 from __future__ import annotations
 
@@ -10,25 +10,26 @@ from echobeam.plots.record import Axis, FigureData, Panel, Series
 from echobeam.plots.source import Source, empty_figure
 from echobeam.schemes.configure import geometry_of
 from echobeam.simulation.statistics import squares_of
-from echobeam.simulation.summary import pooled_bound
+from echobeam.simulation.summary import errors_of, pooled_bound
 from echobeam.values import Array
 
-_SHOWN = {
-    "angle": ("Angle RMSE", "deg", 180.0 / np.pi),
-    "distance": ("Distance RMSE", "m", 1.0),
-    "position": ("Position RMSE", "m", 1.0),
-    "velocity": ("Velocity RMSE", "m/s", 1.0),
+_UNITS = {
+    "angle": ("deg", 180.0 / np.pi),
+    "distance": ("m", 1.0),
+    "position": ("m", 1.0),
+    "velocity": ("m/s", 1.0),
 }
-"""Errors of the geometries: label, unit shown, and the factor to it."""
+"""Units of the errors that a geometry states, and their factors."""
 
-_ZERO = 1e-9  # deg, m, m/s: smaller errors are rounding errors of the genie, which knows the truth
+_ZERO = 1e-9  # deg, m: smaller errors are rounding errors of the genie, which knows the truth
 BOUND = "posterior Cramér–Rao bound"
 
 
 def tracking(source: Source) -> FigureData:
-    """Return the errors of the estimates of every scheme, slot by slot.
+    """Return the errors that the geometry states of every scheme, slot by slot.
 
-    They are those of angle and distance, on the ground of position and velocity, see `Geometry`.
+    They are those of angle and distance, on the ground those of position and velocity.
+
     The root mean square is over trials and the objects in the scene. The bound has the colour of
     its scheme, see `bound_of`; it applies to filters, not to a scheme that repeats an old
     estimate.
@@ -36,8 +37,7 @@ def tracking(source: Source) -> FigureData:
     source.check("truth", "estimated")
     if not source.result.sizes["object"]:
         return empty_figure(source, "tracking", "no objects: nothing to track")
-    errors = geometry_of(source.scenario).errors
-    panels = tuple(_panel(source, name, *_SHOWN[name]) for name in errors)
+    panels = tuple(_panel(source, error) for error in errors_of(source.scenario))
     bounded = any(one.name.startswith(BOUND) for panel in panels for one in panel.series)
     return FigureData(
         "tracking", source.title, panels, source.setting(), layout=((0,), (1,)), size=(3.5, 3.8),
@@ -45,14 +45,15 @@ def tracking(source: Source) -> FigureData:
     )  # fmt: skip
 
 
-def _panel(source: Source, error: str, name: str, unit: str, factor: float) -> Panel:
+def _panel(source: Source, error: str) -> Panel:
     series, bounds = [], []
+    unit, factor = _UNITS[error]
+    components = geometry_of(source.scenario).errors[error]
     for scheme in source.names:
         part, look = source.parts[scheme], source.looks[scheme]
-        components = geometry_of(source.scenario).errors[error]
         squares = source.pool(squares_of(part, components).sum(axis=-1))
-        size = factor * np.sqrt(quotient(squares, source.pool(part["errors"].sum(axis=-1))))
-        series.append(Series(scheme, source.x, _positive(size), look=look))
+        root = factor * np.sqrt(quotient(squares, source.pool(part["errors"].sum(axis=-1))))
+        series.append(Series(scheme, source.x, _positive(root), look=look))
         square, count = pooled_bound(part, error, source.scenario)
         bound = factor * np.sqrt(quotient(source.pool(square), source.pool(count)))
         bounds.append(
@@ -63,7 +64,7 @@ def _panel(source: Source, error: str, name: str, unit: str, factor: float) -> P
         )  # fmt: skip
     found = [one for one in bounds if not one.empty]
     return Panel(
-        source.slot_axis(), Axis(name, unit, log=True), (*found, *series),
+        source.slot_axis(), Axis(f"{error.capitalize()} RMSE", unit, log=True), (*found, *series),
         guides=source.omni_guides(), empty="no estimates, or none with an error",
     )  # fmt: skip
 

@@ -63,7 +63,21 @@ def check_geometry(scenario: Any) -> None:
     if scenario.trace is not None:
         raise ValueError('trace: not yet with geometry = "ground"; give [[objects]] a path')
     if scenario.radar.model == "signal":
-        raise ValueError('radar.model: "signal" is not yet possible with geometry = "ground"')
+        _check_signal(scenario)
+
+
+def _check_signal(scenario: Any) -> None:
+    """Refuse what echo signals of a planar array do not have."""
+    if scenario.array.polarisations == 2:
+        raise ValueError(
+            'array.polarisations: 2 is not accepted with radar.model = "signal"; expected 1'
+        )
+    for key in ("ground_clutter", "self_interference"):
+        value = getattr(scenario.radar, key)
+        if value > 0.0:
+            raise ValueError(
+                f'radar.{key}: {value:g} is not accepted with geometry = "ground"; expected 0'
+            )
 
 
 def _check_keys(scenario: Any) -> None:

@@ -58,6 +58,7 @@ PLANAR_KEYS = (
     "receive_columns",
     "facing",
     "polarisations",
+    "element",
 )
 LINEAR_KEYS = ("n_rx", "axis")
 """Keys that only one kind of array has."""
@@ -113,6 +114,8 @@ class ArrayTable(Table):
     """Direction that a planar array faces: objects behind it are not seen."""
     polarisations: Literal[1, 2] = 1
     """2: every element of a planar array sends and receives in two orthogonal polarisations."""
+    element: Literal["isotropic", "3gpp"] = "isotropic"
+    """Pattern of the elements of a planar array in front of it: 1, or that of TR 38.901."""
     spacing: Annotated[Number, Field(gt=0)] = 0.5
     """Antenna spacing in wavelengths."""
     axis: Axis = "vertical"

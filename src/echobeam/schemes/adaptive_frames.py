@@ -23,8 +23,8 @@ from echobeam.physics.coordinates import distance_of
 from echobeam.schemes.base import View
 from echobeam.values import NOBODY, Array, BoolArray, Mode, ModeArray, Tracks
 
-ARRIVALS = 2.0
-"""Objects that are expected to arrive, 1/s, where nobody announces them: one every half second."""
+ARRIVALS = 1.0
+"""Objects that are expected to arrive, 1/s, where nobody announces them."""
 
 LOST = 3.0
 """Standard deviations of the angle, in half-power widths of a beam, from which a track is lost."""

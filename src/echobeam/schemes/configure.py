@@ -171,7 +171,7 @@ def geometry_of(scenario: Scenario) -> Geometry:
     if array.kind == "linear":
         along: Vector = (1.0, 0.0, 0.0) if array.axis == "horizontal" else (0.0, 0.0, -1.0)
         return GroundGeometry(along_rows=along, normal=None)
-    return facing(_FACING.get(array.facing, array.facing))
+    return facing(_FACING.get(array.facing, array.facing), array.element)
 
 
 _FACING: dict[Any, Any] = {"down": (0.0, 0.0, -1.0), "ahead": (1.0, 0.0, 0.0)}

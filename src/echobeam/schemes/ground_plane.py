@@ -10,7 +10,7 @@ from echobeam.brief import Brief
 from echobeam.physics.plane import GroundGeometry
 from echobeam.schemes.base import View
 from echobeam.schemes.trackers import labelled
-from echobeam.tracking import fading, filter, ground_start, ground_update, posterior_linearisation
+from echobeam.tracking import fading, filter, ground_start, ground_update
 from echobeam.tracking.gaussian_sum import Law
 from echobeam.tracking.ground import PLANE, GroundMeasurement, GroundMotion
 from echobeam.tracking.life import living
@@ -226,15 +226,14 @@ def _strength(
 def _updated(
     prior: GaussianState, tracked: BoolArray, value: Array, radar: Radar
 ) -> tuple[GaussianState, Array, Array]:
-    """Return the posterior of known objects, and innovations from a line over the prior."""
+    """Return the posterior of known objects, their innovations squared, and the components."""
     uav, model = radar.view.uav, radar.model
     made = ground_update.update(prior, value, radar.law, model, uav, radar.aperture)
-    variance = np.where(np.isfinite(value), made.variance, np.inf)
-    line = posterior_linearisation.update(prior, value, variance, model, uav, PLANE, 1)
-    used = tracked & np.isfinite(variance).any(axis=-1)
+    degrees = (np.isfinite(value) & np.isfinite(made.variance)).sum(axis=-1)
+    used = tracked & (degrees > 0)
     mean = np.where(used[..., None], made.mean, prior.mean)
     cov = np.where(used[..., None, None], made.cov, prior.cov)
-    return living(mean, cov, prior.known, PLANE), line.nis, line.degrees
+    return living(mean, cov, prior.known, PLANE), made.nis, np.where(used, degrees, 0)
 
 
 def _where(stays: BoolArray, state: GaussianState) -> GaussianState:

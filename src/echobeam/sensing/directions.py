@@ -56,9 +56,12 @@ def search_grid(transmitter: AntennaArray, receiver: AntennaArray) -> Array:
         elements = max(transmitter.n * transmitter.spacing, receiver.n * receiver.spacing)
         return np.linspace(low, high, int(np.ceil((high - low) * PER_BEAM * 2.0 * elements)) + 1)
     size = np.maximum(beam_sizes(transmitter), beam_sizes(receiver))
-    lines = [np.linspace(-1.0, 1.0, int(np.ceil(2.0 * PER_BEAM * one)) + 1) for one in size]
+    both = np.maximum(transmitter.shape, receiver.shape)
+    # one element sees no difference along its axis
+    many = np.where(both > 1, np.ceil(2.0 * PER_BEAM * size) + 1.0, 1.0).astype(int)
+    lines = [np.linspace(-1.0, 1.0, n) if n > 1 else np.zeros(1) for n in many.tolist()]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
-    margin = 0.5 * np.hypot(*(line[1] - line[0] for line in lines))
+    margin = 0.5 * np.hypot(*(2.0 / max(n - 1, 1) * (n > 1) for n in many.tolist()))
     near: Array = grid[np.hypot(grid[:, 0], grid[:, 1]) <= 1.0 + margin]
     return visible(near)
 

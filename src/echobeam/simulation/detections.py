@@ -218,7 +218,9 @@ def _of_signal(world: World, decision: Decision, receives: BoolArray) -> tuple[D
         snr = law.snr(sent, world.place) * np.abs(amplitude) ** 2
     found, value, reported = detect_in_signal(world, sent, amplitude, receives)
     valid = found.valid & receives[:, None]
-    every = np.stack([found.angle, found.delay, found.doppler], axis=-1)
+    angle = found.angle[..., None] if law.receiver.axes == 1 else found.angle
+    others = np.stack([found.delay, found.doppler], axis=-1)
+    every = np.concatenate([angle, others], axis=-1)
     every = np.where(valid[..., None], every, np.nan)
     stated = np.where(valid[..., None], found.variance, np.inf)
     variance = np.where(np.isfinite(value), law.variance(sent, world.place, snr), np.inf)

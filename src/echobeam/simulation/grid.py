@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from echobeam.physics.measurement import measure
 from echobeam.physics.waveform import Waveform
 from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import RadarTable
-from echobeam.values import Array, UavState
+from echobeam.values import Array
 
 
 def waveform_of(radar: RadarTable) -> Waveform:
@@ -24,28 +23,24 @@ def element_noise(radar: RadarTable) -> float:
     return radar.noise * radar.subcarriers * radar.symbols / radar.integrated
 
 
-def check_unambiguous(scenario: Scenario, state: Array, uav: UavState) -> None:
+def check_unambiguous(scenario: Scenario, ideal: Array) -> None:
     """Refuse objects whose delay or Doppler shift the waveform would fold.
 
     Objects that move beyond later on are not measured there.
 
     Parameters
     ----------
-    state
-        ``(..., 3)``: rad, m, m/s; NaN where nobody is.
-    uav
-        The UAV.
+    ideal
+        ``(..., A + 2)``: measurements without noise; NaN where nobody is.
 
     Raises
     ------
     ScenarioError
         If an object present is beyond.
     """
-    wave, carrier = waveform_of(scenario.radar), scenario.radio.carrier
-    angle, distance, velocity = np.moveaxis(state, -1, 0)
-    ideal = measure(angle, distance, velocity, uav.speed, uav.heading, carrier)
-    delay = float(np.fmax.reduce(ideal[..., 1], axis=None, initial=0.0))
-    doppler = float(np.fmax.reduce(np.abs(ideal[..., 2]), axis=None, initial=0.0))
+    wave = waveform_of(scenario.radar)
+    delay = float(np.fmax.reduce(ideal[..., -2], axis=None, initial=0.0))
+    doppler = float(np.fmax.reduce(np.abs(ideal[..., -1]), axis=None, initial=0.0))
     if delay >= wave.unambiguous_delay:
         raise ScenarioError(
             f"{scenario.name}: an object's echo has a delay of {delay:.3g} s; expected below "

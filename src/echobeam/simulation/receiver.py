@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
+from echobeam.physics.array import LinearArray
 from echobeam.physics.coordinates import Geometry
-from echobeam.physics.planar import linear
 from echobeam.sensing.directions import mirrored
 from echobeam.simulation.scene import Scene
 from echobeam.simulation.sensor import Echoes
@@ -61,9 +61,10 @@ def receive(
     value = echoes.value
     if echoes.reported is not None:
         variance = np.where(measured, echoes.reported, np.inf)
-        mean = by_identity(prior, label, prior.mean)
-        angle = mirrored(linear(law.receiver), value[..., 0], mean[..., 0])
-        value = np.concatenate([angle[..., None], value[..., 1:]], axis=-1)
+        if isinstance(law.receiver, LinearArray):
+            mean = by_identity(prior, label, prior.mean)
+            angle = mirrored(law.receiver, value[..., 0], mean[..., 0])
+            value = np.concatenate([angle[..., None], value[..., 1:]], axis=-1)
     elif knowledge == "known" or not measured.any():
         variance = echoes.variance
     else:

@@ -52,14 +52,22 @@ def scene_of(scenario: Scenario) -> Scene:
     """
     geometry = geometry_of(scenario)
     if scenario.geometry == "ground":
-        flight = ground_flight(scenario)
-        return Scene(scenario, flight, ground_mover(scenario), variance_law(scenario), geometry)
+        over_ground, moving = ground_flight(scenario), ground_mover(scenario)
+        _check_signal(scenario, geometry, moving, over_ground)
+        return Scene(scenario, over_ground, moving, variance_law(scenario), geometry)
     along_road = flight_of(scenario)
     mover = mover_of(scenario, along_road)
-    if scenario.radar.model == "signal":
-        ground, uav = mover.begin(), along_road.at(0)
-        check_unambiguous(scenario, geometry.state(ground.position, ground.velocity, uav), uav)
+    _check_signal(scenario, geometry, mover, along_road)
     return Scene(scenario, along_road, mover, variance_law(scenario), geometry)
+
+
+def _check_signal(scenario: Scenario, geometry: Geometry, mover: Mover, flight: FlightPath) -> None:
+    """Refuse objects of the first slot that the waveform of a signal folds."""
+    if scenario.radar.model != "signal":
+        return
+    ground, uav = mover.begin(), flight.at(0)
+    state = geometry.exact(ground.position, ground.velocity, uav)
+    check_unambiguous(scenario, geometry.ideal(state, uav, scenario.radio.carrier))
 
 
 def ground_flight(scenario: Scenario) -> FlightPath:

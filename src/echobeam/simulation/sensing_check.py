@@ -173,7 +173,7 @@ class _Setup:
         self.ideal = measure(
             state[0], state[1], state[2], uav.speed, uav.heading, scenario.radio.carrier
         )
-        check_unambiguous(scenario, self.world.state[:, self.world.present], self.world.uav)
+        check_unambiguous(scenario, self.world.ideal()[:, self.world.present])
         power = scenario.radio.power
         nobody = np.zeros((1, 0), dtype=np.bool_)
         self.everywhere = transmission.omni(nobody, power, law.transmitter.n)

@@ -14,14 +14,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from echobeam.physics.array import LinearArray
+from echobeam.physics.coordinates import direction_of, distance_of
 from echobeam.physics.echo import reflection_coefficient
 from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
 from echobeam.physics.measurement import measure
-from echobeam.physics.planar import linear
+from echobeam.physics.planar import AntennaArray
 from echobeam.physics.waveform import factor, orthogonalised, symbols_of
 from echobeam.scenario.tables import RadarTable
 from echobeam.sensing.chain import Echo, Processing, find_echoes, receiver_of
-from echobeam.sensing.directions import mirrored
+from echobeam.sensing.directions import beam_sizes, mirrored
 from echobeam.sensing.threads import one_thread
 from echobeam.simulation.grid import element_noise, waveform_of
 from echobeam.simulation.randomness import Use, trial_normals
@@ -56,7 +57,7 @@ def trials_at_once(radar: RadarTable, antennas: int) -> int:
 def measure_signal(
     world: World, sent: Transmission, amplitude: ComplexArray, processed: BoolArray
 ) -> tuple[Array, Array]:
-    """Return the measurements and the variances that the receiver states, ``(T, K, 3)`` each.
+    """Return the measurements and the variances that the receiver states, ``(T, K, A + 2)`` each.
 
     NaN and infinite where an object was not processed or its echo was missed.
 
@@ -71,9 +72,8 @@ def measure_signal(
     processed
         ``(T, K)``: objects whose echoes are measured.
     """
-    trials, objects = processed.shape
-    value = np.full((trials, objects, 3), np.nan)
-    variance = np.full((trials, objects, 3), np.inf)
+    shape = (*processed.shape, len(world.scene.geometry.measurement))
+    value, variance = np.full(shape, np.nan), np.full(shape, np.inf)
     if not processed.any():
         return value, variance
     count = int(world.present.sum()) + SPARE * _has_surroundings(world.scene.scenario.radar)
@@ -99,14 +99,15 @@ def detect_in_signal(
     Returns
     -------
     found, value, variance
-        The echoes; each object's, NaN and infinite where it has none, ``(T, K, 3)``.
+        The echoes; each object's, NaN and infinite where it has none, ``(T, K, A + 2)``.
     """
-    trials, objects = len(world.trials), world.identity.size
-    value = np.full((trials, objects, 3), np.nan)
-    variance = np.full((trials, objects, 3), np.inf)
+    trials, size = len(world.trials), len(world.scene.geometry.measurement)
+    shape = (trials, world.identity.size, size)
+    value, variance = np.full(shape, np.nan), np.full(shape, np.inf)
     if not receives.any():
         none, nothing = np.zeros((trials, 0)), np.zeros((trials, 0), dtype=np.bool_)
-        return Echo(none, none, none, none, nothing, np.zeros((trials, 0, 3))), value, variance
+        angle = none if size == 3 else np.zeros((trials, 0, size - 2))
+        return Echo(angle, none, none, none, nothing, np.zeros((trials, 0, size))), value, variance
     parts: list[Echo] = []
     for some, found, truth in _in_parts(world, sent, amplitude, MOST_ECHOES):
         parts.append(found)
@@ -120,8 +121,10 @@ def _in_parts(
 ) -> Iterator[tuple[slice, Echo, Array]]:
     """Yield some trials at a time: which, the echoes found, the objects' ideal measurements."""
     trials, objects = len(world.trials), world.identity.size
-    state = np.broadcast_to(world.state, (trials, objects, 3))
-    law = world.scene.law
+    law, seen = world.scene.law, world.ideal()
+    ideal = np.broadcast_to(seen, (trials, objects, seen.shape[-1]))
+    far = distance_of(world.place, law.transmitter.axes)
+    distance = np.broadcast_to(far, (trials, objects))
     if law.target is not None:
         amplitude = amplitude * np.sqrt(np.nan_to_num(law.target.relative(world.place)))
     spread = np.broadcast_to(amplitude, (trials, objects))
@@ -130,8 +133,9 @@ def _in_parts(
         some = slice(first, first + step)
         with one_thread():
             part = _part(sent, some)
-            found, truth = _of_some(world, part, state[some], spread[some], some, count)
-        yield some, found, truth
+            beta = reflection_coefficient(law.rcs, distance[some]) * spread[some]
+            found = _of_some(world, part, ideal[some], np.nan_to_num(beta), some, count)
+        yield some, found, ideal[some]
 
 
 def _has_surroundings(radar: RadarTable) -> bool:
@@ -145,37 +149,33 @@ def _part(sent: Transmission, trials: slice) -> Transmission:
 def _of_some(
     world: World,
     sent: Transmission,
-    state: Array,
+    ideal: Array,
     amplitude: ComplexArray,
     some: slice,
     count: int,
-) -> tuple[Echo, Array]:
-    """Return the echoes found in some trials, and the objects' ideal measurements."""
+) -> Echo:
+    """Return the echoes found in some trials, of objects with these ideal measurements."""
     radar, radio = world.scene.scenario.radar, world.scene.scenario.radio
     law, wave = world.scene.law, waveform_of(radar)
-    arrays, trials = (linear(law.transmitter), linear(law.receiver)), world.trials[some]
+    arrays, trials = (law.transmitter, law.receiver), world.trials[some]
     precoder, orthogonal = factor(sent)
     shape = (precoder.shape[-1], wave.subcarriers, wave.symbols, 2)
     draws = (world.seed, trials, world.slot)
     streams = symbols_of(wave, trial_normals(*draws, Use.DATA, shape))
     if orthogonal:
         streams = orthogonalised(streams)
-    ideal = measure(
-        state[..., 0], state[..., 1], state[..., 2], world.uav.speed, world.uav.heading,
-        radio.carrier,
-    )  # fmt: skip
-    turned = np.exp(-2j * np.pi * radio.carrier * np.nan_to_num(ideal[..., 1]))
-    beta = np.nan_to_num(reflection_coefficient(law.rcs, state[..., 1])) * amplitude * turned
-    parts = [Scatterers(ideal[..., 0], ideal[..., 1], ideal[..., 2], beta)]
+    delay, doppler = ideal[..., -2], ideal[..., -1]
+    beta = amplitude * np.exp(-2j * np.pi * radio.carrier * np.nan_to_num(delay))
+    parts = [Scatterers(direction_of(ideal, law.receiver.axes), delay, doppler, beta)]
     parts += _surroundings(world, trials)
-    scatterers = Scatterers(*(np.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
+    scatterers = Scatterers(*(np.concatenate(one, axis=1) for one in zip(*parts, strict=True)))
     signal = echo_signal(scatterers, streams, precoder, wave, arrays)
     noise = element_noise(radar)
     size = (law.receiver.n, wave.subcarriers, wave.symbols, 2)
     signal = signal + noise_of(trial_normals(*draws, Use.NOISE, size), noise)
     known = receiver_of(arrays, wave, streams, precoder, noise)
     processing = Processing(radar.filter, radar.cfar, radar.false_alarm, radar.angle)
-    return find_echoes(signal, known, count, processing), ideal
+    return find_echoes(signal, known, count, processing)
 
 
 def _surroundings(world: World, trials: range) -> list[Scatterers]:
@@ -205,17 +205,17 @@ def _surroundings(world: World, trials: range) -> list[Scatterers]:
 
 def _labelled(world: World, found: Echo, truth: Array, processed: BoolArray) -> tuple[Array, Array]:
     """Return each object's echo and its stated variance: nearest pairs first, within a cell."""
-    law, wave = world.scene.law, waveform_of(world.scene.scenario.radar)
-    receiver = linear(law.receiver)
-    u = receiver.frequency(truth[..., 0])
+    wave, receiver = waveform_of(world.scene.scenario.radar), world.scene.law.receiver
+    size, units = beam_sizes(receiver), [wave.bandwidth, wave.duration]
+    u = _cosines(receiver, direction_of(truth, receiver.axes))
+    seen = _cosines(receiver, found.angle)
     off = np.stack(
         [
-            (found.delay[:, None] - truth[..., None, 1]) * wave.bandwidth,
-            (found.doppler[:, None] - truth[..., None, 2]) * wave.duration,
-            (receiver.frequency(found.angle)[:, None] - u[..., None])
-            * receiver.n * receiver.spacing,
+            (found.delay[:, None] - truth[..., None, -2]) * wave.bandwidth,
+            (found.doppler[:, None] - truth[..., None, -1]) * wave.duration,
+            *np.moveaxis((seen[:, None] - u[:, :, None]) * size, -1, 0),
         ]
-    )  # fmt: skip
+    )
     inside = (np.abs(off) <= GATE).all(axis=0) & processed[..., None] & found.valid[:, None]
     cost = np.where(inside, np.sum(off**2, axis=0), np.inf)  # (T, K, D)
     value = np.full(truth.shape, np.nan)
@@ -225,18 +225,29 @@ def _labelled(world: World, found: Echo, truth: Array, processed: BoolArray) -> 
         flat = cost.reshape(len(cost), -1)
         k, d = np.unravel_index(np.argmin(flat, axis=-1), cost.shape[1:])
         taken = np.isfinite(flat.min(axis=-1))
-        angle = mirrored(receiver, found.angle[rows, d], truth[rows, k, 0])
-        measured = np.stack([angle, found.delay[rows, d], found.doppler[rows, d]], axis=-1)
+        angle = found.angle[rows, d]
+        if isinstance(receiver, LinearArray):
+            angle = mirrored(receiver, angle, truth[rows, k, 0])[:, None]
+        others = np.stack([found.delay[rows, d], found.doppler[rows, d]], axis=-1)
+        measured = np.concatenate([angle, others], axis=-1)
         value[rows[taken], k[taken]] = measured[taken]
         variance[rows[taken], k[taken]] = found.variance[rows[taken], d[taken]]
         cost[rows, k, :] = np.inf
         cost[rows, :, d] = np.inf
-    merged = _merged(truth * [1.0, wave.bandwidth, wave.duration], u, receiver, value)
+    places = np.concatenate([u * size, truth[..., -2:] * units], axis=-1)
+    merged = _merged(places, np.isnan(value[..., 0]))
     value = np.where(np.isfinite(variance) & ~merged[..., None], value, np.nan)
     return value, np.where(np.isfinite(value), variance, np.inf)
 
 
-def _merged(cells: Array, u: Array, receiver: LinearArray, value: Array) -> BoolArray:
+def _cosines(receiver: AntennaArray, direction: Array) -> Array:
+    """Return directions as the array sees them, ``(..., A)``."""
+    if isinstance(receiver, LinearArray):
+        return receiver.frequency(direction)[..., None]
+    return direction
+
+
+def _merged(places: Array, unseen: BoolArray) -> BoolArray:
     """Return which objects ``(T, K)`` share their echo with another one.
 
     They are in one cell, and the other has no echo of its own, or they are nearly at one place.
@@ -244,18 +255,13 @@ def _merged(cells: Array, u: Array, receiver: LinearArray, value: Array) -> Bool
 
     Parameters
     ----------
-    cells
-        ``(T, K, 3)``: delay and Doppler in resolution cells in the last two.
-    u
-        ``(T, K)``.
-    receiver
-        The receive array.
-    value
-        ``(T, K, 3)``: NaN without an echo.
+    places
+        ``(T, K, A + 2)``: direction, delay and Doppler in resolution cells.
+    unseen
+        ``(T, K)``: objects without an echo.
     """
-    places = np.stack([u * receiver.n * receiver.spacing, cells[..., 1], cells[..., 2]], axis=-1)
     apart = np.abs(places[..., :, None, :] - places[..., None, :, :]).max(axis=-1)
     apart = np.where(np.eye(apart.shape[-1], dtype=np.bool_), np.inf, apart)
-    alone = np.isnan(value[..., None, :, 0])
+    alone = unseen[..., None, :]
     merged: BoolArray = np.any((apart < UNRESOLVED) | ((apart < 1.0) & alone), axis=-1)
     return merged

@@ -67,11 +67,15 @@ class SumPosterior(Brief):
         ``(..., S)``, ``(..., S, S)``: moments of the whole.
     variance
         ``(..., M)``: that of mean information, 1 / E[1 / R].
+    nis
+        ``(...)``: normalised innovation squared at the prior, with that variance; NaN for unknown
+        objects.
     """
 
     mean: Array
     cov: Array
     variance: Array
+    nis: Array
 
 
 def split(state: GaussianState, points: tuple[int, ...]) -> GaussianSum:
@@ -171,6 +175,12 @@ def posterior(
                 e += (H * (at - parts.mean)[..., None, :]).sum(axis=-1)  # seen from the prior
             e = np.where(measured, e, 0.0)
             noise = np.where(measured, variance, np.inf)
+            if fit == 0:
+                ahead = gaussian.innovation_cov(
+                    parts.cov[..., None, :, :], H, np.zeros_like(variance)
+                )
+                before = normalised(parts.log_weight, parts.log_weight)
+                innovation, total = mixture(before, e, ahead)
             mean, left = gaussian.update(parts.mean, cov, e, H, noise)
         spread = gaussian.innovation_cov(parts.cov[..., None, :, :], H, noise)
         possible: BoolArray = np.asarray((np.isfinite(variance) | ~measured).all(axis=-1))
@@ -178,7 +188,11 @@ def posterior(
         weight = normalised(log, parts.log_weight)
         information = (weight[..., None] / variance).sum(axis=-2)
         mixed = np.where(information > 0.0, 1.0 / information, np.inf)
-    return SumPosterior(*mixture(weight, mean, left), mixed)
+        for component in range(mixed.shape[-1]):
+            noise = np.where(measured[..., 0, component], mixed[..., component], np.inf)
+            total[..., component, component] += noise
+        nis = gaussian.square_norm(innovation, total)
+    return SumPosterior(*mixture(weight, mean, left), mixed, nis)
 
 
 @cache

@@ -53,12 +53,12 @@ def update(
     """
     size = points_needed(prior, model, uav, aperture)
     shape = value.shape[:2]
-    parts = [np.empty((*shape, *rest)) for rest in ((5,), (5, 5), (4,))]
+    parts = [np.empty((*shape, *rest)) for rest in ((5,), (5, 5), (4,), ())]
     for pair in np.unique(size, axis=0).tolist():
         trials = np.flatnonzero((size == pair).all(axis=-1))
         some = GaussianState(prior.mean[trials], prior.cov[trials], prior.known[trials])
         made = posterior(split(some, tuple(pair)), value[trials], law(trials), model, uav)
-        for whole, part in zip(parts, (made.mean, made.cov, made.variance), strict=True):
+        for whole, part in zip(parts, (made.mean, made.cov, made.variance, made.nis), strict=True):
             whole[trials] = part
     return SumPosterior(*parts)
 

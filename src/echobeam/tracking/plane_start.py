@@ -8,7 +8,11 @@ from echobeam.estimation import gaussian
 from echobeam.physics.plane import GROUND
 from echobeam.tracking.life import living
 from echobeam.tracking.plane import PlaneMeasurement
+from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array, BoolArray, GaussianState, UavState
+
+WEAK = 1e-6
+"""Weight of the prior by which matrices can be inverted where both cosines are measured."""
 
 STEPS = 5
 """Steps of Gauss and Newton from the position that the direction and the height give."""
@@ -43,14 +47,16 @@ def first_state(
         m/s, positive.
     """
     place = model.geometry.measured_place(value)
-    distance, height = place[..., 2:3], uav.position[2]
+    distance, height = 0.5 * SPEED_OF_LIGHT * value[..., 2:3], uav.position[2]
     mean = np.zeros(value.shape)
     cov = np.zeros((*value.shape, 4))
     used = np.isfinite(value) & np.isfinite(variance)
+    used[..., :2] &= variance[..., :2] < 1.0  # a cosine this uncertain may be any
     known: BoolArray = used[..., 2] & used[..., :2].any(axis=-1) & (distance[..., 0] > 0.0)
     weight = np.where(used, 1.0 / np.where(used, variance, 1.0), 0.0)
     whole = used[..., :2].all(axis=-1, keepdims=True)
-    open_axis = np.where(whole, 0.0, _within_reach(distance, height))
+    within = _within_reach(distance, height)
+    open_axis = np.where(whole, WEAK * within, within)
     with np.errstate(all="ignore"):  # objects that were not measured
         mean[..., :2] = uav.position[:2] + _on_ground(model, place[..., :2], distance, height)
         for _ in range(STEPS):
@@ -60,6 +66,7 @@ def first_state(
             information[..., [0, 1], [0, 1]] += open_axis
             cov[..., :2, :2] = np.linalg.inv(_safe(information, known))
             mean[..., :2] += np.einsum("...ij,...j->...i", cov[..., :2, :2], slope)
+            mean[..., :2] = _reachable(mean[..., :2], uav, distance)
         cov[..., [2, 3], [2, 3]] = velocity_std**2
         doppler = slice(3, 4)
         innovation = model.residual(value, model.expected(mean, uav))
@@ -88,6 +95,16 @@ def _within_reach(distance: Array, height: float) -> Array:
     """Return the information of a prior as wide as delay and height allow, ``(..., 1)`` 1/m^2."""
     square = np.where(np.isfinite(distance), distance**2, 1.0)
     return 1.0 / np.maximum(square - height**2, 1e-4 * square)
+
+
+def _reachable(position: Array, uav: UavState, distance: Array) -> Array:
+    """Return positions ``(..., 2)``, no farther from below the UAV than the delay says."""
+    offset = position - uav.position[:2]
+    length = np.sqrt(np.sum(offset**2, axis=-1, keepdims=True))
+    beyond = length > distance
+    scale = np.where(beyond, distance / np.where(beyond, length, 1.0), 1.0)
+    reached: Array = uav.position[:2] + offset * scale
+    return reached
 
 
 def _normal(H: Array, weight: Array, error: Array) -> tuple[Array, Array]:
