@@ -30,7 +30,8 @@ def cosine_patterns(source: Source) -> FigureData:
 
     The shades are the sum over all beams of |a(u, v)^H w_k|^2 within the visible region, of two
     polarisations the sum of both, without the pattern of the elements themselves. Marks are the
-    true and predicted directions; a dashed line is the edge of the ellipse that a beam was designed to cover, Eq. (38f).
+    true and predicted directions; a dashed line is the edge of the ellipse that a
+    beam was designed to cover, Eq. (38f).
     """
     run = read_ground(source)
     chosen = choose_slots(source, run.slot, run.mode, run.has_beam, _DEFAULT_SLOTS)
