@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import echobeam as eb
-from echobeam.plots import ON_GROUND, PlotError, figures
+from echobeam.plots import KINDS, OF_TRACKS, ON_GROUND, ON_ROAD, PlotError, figures
 
 from .test_cli import echobeam
 
@@ -32,7 +32,7 @@ def test_the_json_summary_has_the_errors_of_the_geometry(tmp_path):
 
 def test_pictures_are_drawn_or_refused_by_name(result):
     made = figures(result)
-    assert list(made) == list(ON_GROUND)
+    assert set(made) == ({*KINDS, *ON_GROUND} - {*ON_ROAD, *OF_TRACKS})
     position, velocity = made["tracking"].panels
     assert (position.y.name, velocity.y.unit) == ("Position RMSE", "m/s")
     error = result["estimated"] - result["truth"]
@@ -40,8 +40,8 @@ def test_pictures_are_drawn_or_refused_by_name(result):
     expected = np.sqrt(squares.sel(scheme="water-filling").values)
     (drawn,) = [one.y for one in position.series if one.name == "water-filling"]
     np.testing.assert_allclose(drawn, expected)
-    with pytest.raises(PlotError, match='no picture of patterns with geometry = "ground"'):
-        figures(result, ["patterns"])
+    with pytest.raises(PlotError, match='no picture of forecast with geometry = "ground"'):
+        figures(result, ["forecast"])
 
 
 @pytest.mark.parametrize("command", [eb.describe, eb.sense])

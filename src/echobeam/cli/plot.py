@@ -11,7 +11,7 @@ from echobeam.faults import InputError
 
 KINDS = (
     "rate", "tracking", "patterns", "trajectories", "consistency", "forecast", "distribution",
-    "tracks", "gospa", "sweep",
+    "map", "tracks", "gospa", "sweep",
 )  # fmt: skip
 
 
@@ -72,7 +72,8 @@ def command(
 ) -> None:
     r"""Draw RESULT: of a run its rate, tracking error against its bound, beam patterns,
     trajectories, consistency of the filter, errors of its forecasts, and distributions; of a run
-    without labels also its tracks and their GOSPA; of a sweep any quantity over a varied key.
+    without labels also its tracks and their GOSPA; of one on the ground a map; of a sweep any
+    quantity over a varied key.
 
     Files of the same name are replaced.
 

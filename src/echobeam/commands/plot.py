@@ -47,10 +47,11 @@ def plot(
     kind
         ``"rate"``, ``"tracking"``, ``"patterns"``, ``"trajectories"``, ``"consistency"``,
         ``"forecast"`` or ``"distribution"`` of a run, ``"tracks"`` or ``"gospa"`` of an unlabelled
-        one, ``"sweep"`` of a sweep; by default the rate of a run and the only picture of a sweep.
+        one, ``"map"`` of one on the ground, ``"sweep"`` of a sweep; by default the rate of a run
+        and the only picture of a sweep.
     schemes, scheme
-        Names of the schemes shown; all by default. Patterns, trajectories and tracks show the
-        first.
+        Names of the schemes shown; all by default. Map, patterns, trajectories and tracks
+        show the first.
     trial
         Trial of the patterns, trajectories and tracks, counted from 0 as in the file.
     slots

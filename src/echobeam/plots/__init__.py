@@ -11,9 +11,12 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from echobeam.plots.consistency import consistency
+from echobeam.plots.cosines import cosine_patterns
 from echobeam.plots.distribution import distribution
 from echobeam.plots.forecast import forecast
 from echobeam.plots.gospa import gospa
+from echobeam.plots.ground_map import ground_map
+from echobeam.plots.ground_tracks import ground_tracks
 from echobeam.plots.patterns import patterns
 from echobeam.plots.rate import rate
 from echobeam.plots.record import FigureData
@@ -42,8 +45,15 @@ KINDS: dict[str, Callable[[Source], FigureData]] = {
 OF_TRACKS: dict[str, Callable[[Source], FigureData]] = {"tracks": tracks, "gospa": gospa}
 """The same of unlabelled runs, besides the others."""
 
-ON_GROUND = ("rate", "tracking", "consistency", "distribution")
-"""Kinds of runs with ``geometry = "ground"``: the others draw angles along a road."""
+ON_GROUND: dict[str, Callable[[Source], FigureData]] = {
+    "map": ground_map,
+    "patterns": cosine_patterns,
+    "tracks": ground_tracks,
+}
+"""The same of runs with ``geometry = "ground"``, in place of the others of these names."""
+
+ON_ROAD = ("forecast",)
+"""Kinds that only runs above a road have."""
 
 SWEEP = "sweep"
 """Kind of the picture of a sweep."""
@@ -59,7 +69,8 @@ def figures(
     result
         A result of a run, or of a sweep.
     kinds
-        Keys of `KINDS` and `OF_TRACKS`, or ``sweep``; by default all that the result has.
+        Keys of `KINDS`, `OF_TRACKS` and `ON_GROUND`, or ``sweep``; by default all that the result
+        has.
     choice
         Choice of schemes, trial, slots and quantity.
 
@@ -69,8 +80,8 @@ def figures(
         If a kind is unknown, or the result lacks what it needs.
     """
     chosen = Choice() if choice is None else choice
-    of_sweep, of_run = "vary" in result.attrs, KINDS | OF_TRACKS
-    known = [SWEEP] if of_sweep else list(of_run)
+    of_sweep, of_run = "vary" in result.attrs, list(ON_GROUND | KINDS | OF_TRACKS)
+    known = [SWEEP] if of_sweep else of_run
     unknown = [kind for kind in kinds if kind not in known]
     if unknown:
         what = "a sweep" if of_sweep else "a run"
@@ -80,30 +91,35 @@ def figures(
     if of_sweep:
         return {SWEEP: sweep(result, chosen)}
     source = Source(result, chosen)
-    if "cover" in result:
-        return {kind: of_run[kind](source) for kind in _on_ground(kinds)}
-    asked = list(kinds) or [kind for kind in of_run if kind in KINDS or source.unlabelled]
+    of_geometry = _of_geometry(source, kinds)
+    asked = list(kinds) or [
+        kind for kind in of_geometry if kind not in OF_TRACKS or source.unlabelled
+    ]
     without = [kind for kind in asked if kind in OF_TRACKS and not source.unlabelled]
     if without:
         raise PlotError(
             f"no picture of {', '.join(without)}: the detections of this run are labelled, so it "
             'has no tracks of their own (radar.detections = "unlabelled")'
         )
-    return {kind: of_run[kind](source) for kind in asked}
+    return {kind: of_geometry[kind](source) for kind in asked}
 
 
-def _on_ground(kinds: Sequence[str]) -> Sequence[str]:
-    """Return the kinds asked for of a run on the ground.
+def _of_geometry(source: Source, kinds: Sequence[str]) -> dict[str, Callable[[Source], FigureData]]:
+    """Return the kinds of pictures that a run of this geometry has.
 
     Raises
     ------
     PlotError
-        If there is no such picture of it yet.
+        If others were asked for.
     """
-    other = [kind for kind in kinds if kind not in ON_GROUND]
+    there = KINDS | OF_TRACKS
+    ground = source.scenario.geometry == "ground"
+    if ground:
+        there = {kind: one for kind, one in there.items() if kind not in ON_ROAD} | ON_GROUND
+    other = [kind for kind in kinds if kind not in there]
     if other:
         raise PlotError(
-            f'no picture of {", ".join(other)} with geometry = "ground" yet; there are '
-            f"{', '.join(ON_GROUND)}"
+            f'no picture of {", ".join(other)} with geometry = "{source.scenario.geometry}"; there '
+            f"are {', '.join(there)}"
         )
-    return list(kinds) or ON_GROUND
+    return there

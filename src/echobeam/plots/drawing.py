@@ -22,6 +22,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from echobeam.plots.looks import AREA, BAR, FAINT, RING, SHADE, Look, scheme_looks
 from echobeam.plots.record import Axis, FigureData, Guide, Note, Panel, Series
+from echobeam.plots.shading import add_bar, shade
 from echobeam.values import BoolArray
 
 _RC: dict[str, Any] = {
@@ -100,6 +101,7 @@ def draw(data: FigureData, *, captions: bool = True) -> Picture:
     looks = _looks(data)
     panels = [(places[str(number)], panel) for number, panel in enumerate(data.panels)]
     drawn = [_draw_panel(axes, panel, looks) for axes, panel in panels]
+    _shade(figure, panels)
     for axes, panel in panels:  # after all data are drawn, since panels may share their axes
         _set_axis(axes, panel.x, "x")
         _set_axis(axes, panel.y, "y")
@@ -121,6 +123,14 @@ def draw(data: FigureData, *, captions: bool = True) -> Picture:
     if entries:
         _add_legend(figure, list(entries.values()))
     return figure
+
+
+def _shade(figure: Figure, panels: Sequence[tuple[Axes, Panel]]) -> None:
+    """Draw the panels' fields and the colour bar that they share."""
+    shaded = [(axes, panel.field) for axes, panel in panels if panel.field is not None]
+    if shaded:
+        found = [shade(axes, field) for axes, field in shaded]
+        add_bar(figure, [axes for axes, _ in shaded], found[0], shaded[0][1])
 
 
 def _entry(text: str, look: Look) -> Artist:
@@ -162,7 +172,7 @@ def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, Look]) -> dict[str, A
         artist = _draw_series(axes, one, one.look or looks[one.name], log=panel.y.log)
         if one.legend:
             drawn.setdefault(one.name, artist)
-    if all(one.empty for one in panel.series):
+    if panel.field is None and all(one.empty for one in panel.series):
         _write(axes, Note(panel.empty, 0.5, 0.5, FAINT, inside=True))
     for note in panel.notes:
         _write(axes, note)

@@ -9,8 +9,7 @@ import numpy as np
 from echobeam.plots.looks import Look
 from echobeam.plots.record import Axis, FigureData, Panel, Series
 from echobeam.plots.source import Source
-from echobeam.simulation.statistics import NEEDED
-from echobeam.simulation.track_statistics import NEEDED_OF_TRACKS
+from echobeam.simulation.statistics import needed
 from echobeam.values import Array, Status
 
 _PARTS = ("localisation", "missed", "false")
@@ -24,7 +23,7 @@ def gospa(source: Source) -> FigureData:
     objects, of objects without a confirmed track, and of confirmed tracks without an object; order
     and cutoff are those of the summary. A coasting track counts as confirmed.
     """
-    source.check(*NEEDED, *NEEDED_OF_TRACKS)
+    source.check(*needed(source.scenario))
     panels = [_panel(source, Axis("GOSPA", "m"), "gospa"), _numbers(source)]
     for part in _PARTS:
         axis = Axis(f"{part.capitalize()} part", "m²", log=part == "localisation")

@@ -10,15 +10,13 @@ import numpy.typing as npt
 
 from echobeam.physics.array import LinearArray
 from echobeam.physics.planar import linear
+from echobeam.plots.frames import choose_slots
 from echobeam.plots.looks import AREA, MAX_OBJECTS, SHORT, Look, object_look
 from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series, grid
 from echobeam.plots.source import Source
 from echobeam.schemes.configure import system_for
 from echobeam.simulation.statistics import cover_centre
 from echobeam.values import Array, BoolArray, ComplexArray, Mode, ModeArray, with_beams
-
-DEFAULT_SLOTS = (1, 2, 4, 6, 10)
-"""Slots of a frame shown by default: the omni slot, the first directional one, and later ones."""
 
 _GRID = np.linspace(0.0, np.pi, 1801)
 _RANGE_DB = 45.0
@@ -51,7 +49,7 @@ def patterns(source: Source) -> FigureData:
     theta from 180 deg - theta, so every lobe has a mirror image.
     """
     run = _read(source)
-    chosen = _choose_slots(source, run)
+    chosen = choose_slots(source, run.slot, run.mode, has_beam(run))
     seen = (run.present[chosen] | has_beam(run)[chosen]).any(axis=0)
     objects = [int(k) for k in np.flatnonzero(seen)]
     shown = objects[:MAX_OBJECTS]
@@ -135,28 +133,6 @@ def _read(source: Source) -> BeamRun:
         covered=one["covered"].values,
         beams=beam.sel(part="re").values + 1j * beam.sel(part="im").values,
     )
-
-
-def _choose_slots(source: Source, run: BeamRun) -> list[int]:
-    """Return the indices of the slots to show."""
-    if source.choice.slots:
-        numbers = [int(slot) for slot in run.slot]
-        return [numbers.index(slot) for slot in source.choice.slots]
-    first, end = _busiest_frame(run)
-    return [first + slot - 1 for slot in DEFAULT_SLOTS if first + slot <= end]
-
-
-def _busiest_frame(run: BeamRun) -> tuple[int, int]:
-    """Return start and end of the frame with the most beams; the earliest if there are several.
-
-    A frame begins with a slot without directional beams. A run without beams, or with beams in
-    all slots, is one frame.
-    """
-    beams = has_beam(run).sum(axis=1)
-    starts = np.flatnonzero(~with_beams(run.mode))
-    bounds = np.unique([0, *starts, len(beams)]) if beams.any() else np.array([0, len(beams)])
-    busiest = int(np.argmax(np.add.reduceat(beams, bounds[:-1])))
-    return int(bounds[busiest]), int(bounds[busiest + 1])
 
 
 def _level(power: float) -> Series:

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.numerals import as_json
+from echobeam.plots.field import Field
 from echobeam.plots.looks import REFERENCE, Look
 from echobeam.values import Array
 
@@ -142,6 +143,8 @@ class Panel:
         Whether the two axes have equal scale.
     legend
         Whether the panel has a legend of its own.
+    field
+        Field below the series, in shades; its levels are those of all panels of a figure.
     """
 
     x: Axis
@@ -153,6 +156,7 @@ class Panel:
     empty: str = "nothing to show"
     equal: bool = False
     legend: bool = False
+    field: Field | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,12 +200,17 @@ class FigureData:
     key: tuple[tuple[str, Look], ...] = ()
 
     def csv(self) -> str:
-        """Return all numbers as a tidy table, one row per value; a missing number is empty."""
+        """Return all numbers as a tidy table, one row per value; a missing number is empty.
+
+        A figure with fields has two more columns: their quantity and its value at x and y.
+        """
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         columns = ("panel", "series", "x quantity", "x", "y quantity", "y", "low", "high")
-        writer.writerow(columns)
-        writer.writerows(self._rows())
+        fields = any(panel.field is not None for panel in self.panels)
+        writer.writerow((*columns, "quantity", "value") if fields else columns)
+        writer.writerows((*row, "", "") if fields else row for row in self._rows())
+        writer.writerows(self._field_rows())
         return out.getvalue()
 
     def json(self) -> str:
@@ -210,7 +219,7 @@ class FigureData:
 
     def _rows(self) -> Iterator[tuple[str, ...]]:
         for number, panel in enumerate(self.panels):
-            heading = panel.title.replace("\n", ", ") or str(number + 1)
+            heading = _heading(panel, number)
             for one in panel.series:
                 ends = one.band if one.band is not None else np.full((len(one.x), 2), np.nan)
                 for x, y, (low, high) in zip(one.x, one.y, ends, strict=True):
@@ -220,6 +229,14 @@ class FigureData:
                 for at in (guide.at,) if guide.to is None else (guide.at, guide.to):
                     x, y = (_cell(at), "") if guide.axis == "x" else ("", _cell(at))
                     yield (heading, guide.name, str(panel.x), x, str(panel.y), y, "", "")
+
+    def _field_rows(self) -> Iterator[tuple[str, ...]]:
+        for number, panel in enumerate(self.panels):
+            if (field := panel.field) is not None:
+                heading = _heading(panel, number)
+                for x, y, value in field.rows():
+                    place = (str(panel.x), _cell(x), str(panel.y), _cell(y), "", "")
+                    yield (heading, field.name, *place, str(field), _cell(value))
 
 
 def interval_series(
@@ -242,6 +259,10 @@ def grid(count: int, columns: int) -> Layout:
     rows = math.ceil(count / columns)
     cells = [number if number < count else -1 for number in range(rows * columns)]
     return tuple(tuple(cells[row * columns : (row + 1) * columns]) for row in range(rows))
+
+
+def _heading(panel: Panel, number: int) -> str:
+    return panel.title.replace("\n", ", ") or str(number + 1)
 
 
 def _cell(value: object) -> str:

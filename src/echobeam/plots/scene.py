@@ -1,4 +1,4 @@
-"""Positions above the road: the UAV's path, the objects, their tracks and forecasts."""
+"""Positions in a plane: the UAV's path, the objects, their tracks and forecasts."""
 
 from __future__ import annotations
 
@@ -18,16 +18,20 @@ from echobeam.values import NOBODY, Array, IntArray
 FORECAST = Look(BLACK, "", SHORT)
 """Look of a forecast path."""
 
+_FLATTEST = 1.25
+"""Largest width over height of a part of the ground that is shown; the least is 1."""
+
 _SHORT_STAY = 20
 _SHARES = (0.1, 0.4, 0.7)
 
 
 class Scene(NamedTuple):
-    """Positions ``(along the road, height)`` in m of one trial of one scheme.
+    """Positions in m of one trial of one scheme: ``(along the road, height)``, or ``(x, y)``.
 
     ``uav`` is ``(slot, 2)``; ``true``, ``predicted`` and ``estimated`` are ``(slot, object, 2)``,
     NaN where there is none; ``spread`` is ``(slot, object, 2, 2)``, the covariance of
-    ``estimated``; ``stays`` holds object and slots of each stay, see `occupants`.
+    ``estimated``; ``stays`` holds object and slots of each stay, see `occupants`; ``on_ground``
+    is whether the plane is the ground.
     """
 
     uav: Array
@@ -36,6 +40,12 @@ class Scene(NamedTuple):
     estimated: Array
     spread: Array
     stays: list[tuple[int, slice]]
+    on_ground: bool = False
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the two coordinates."""
+        return ("x", "y") if self.on_ground else ("Position along the road", "Height")
 
 
 def read_scene(source: Source) -> Scene:
@@ -43,16 +53,20 @@ def read_scene(source: Source) -> Scene:
     names = ["identity", "position", "uav_position", "predicted", "estimated", "estimated_cov"]
     one = source.one_trial(*names).isel(slot=source.stretch)
     one = one.transpose("slot", "object", "state", "state_b", "axis")
-    plane = [0, 2]  # along the road, and height
+    ground = source.scenario.geometry == "ground"
+    plane = [0, 1] if ground else [0, 2]  # of x along the road, y across it, and height
     uav = one["uav_position"].values[:, plane]
     identity, estimated = one["identity"].values, one["estimated"].values
+    predicted, spread = one["predicted"].values, one["estimated_cov"].values
+    stays = [(k, stay) for k in range(identity.shape[1]) for stay in occupants(identity[:, k])]
     return Scene(
         uav=uav,
         true=one["position"].values[..., plane],
-        predicted=uav[:, None] + offset(one["predicted"].values),
-        estimated=uav[:, None] + offset(estimated),
-        spread=offset_cov(estimated, one["estimated_cov"].values),
-        stays=[(k, stay) for k in range(identity.shape[1]) for stay in occupants(identity[:, k])],
+        predicted=predicted[..., :2] if ground else uav[:, None] + offset(predicted),
+        estimated=estimated[..., :2] if ground else uav[:, None] + offset(estimated),
+        spread=spread[..., :2, :2] if ground else offset_cov(estimated, spread),
+        stays=stays,
+        on_ground=ground,
     )
 
 
@@ -69,6 +83,26 @@ def occupants(identity: IntArray) -> list[slice]:
     return [
         slice(int(start), int(end)) for start, end in pairwise(breaks) if identity[start] != NOBODY
     ]
+
+
+def framed(points: Array, margin: float, least: float) -> tuple[Array, Array]:
+    """Return the lower and upper corner ``(2,)`` m of the part of the ground to show.
+
+    It is nearly square, so that panels to scale have room.
+
+    Parameters
+    ----------
+    points
+        ``(n, 2)`` m, all of which are inside; NaN for none.
+    margin, least
+        Room around them as a share of the longer side, and at least, m.
+    """
+    points = points[np.isfinite(points).all(axis=-1)]
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre, half = (low + high) / 2.0, (high - low) / 2.0
+    half = half + max(margin * 2.0 * float(half.max()), least)
+    half = np.maximum(half, [half[1], half[0] / _FLATTEST])
+    return centre - half, centre + half
 
 
 def chosen_slots(stay: slice) -> list[int]:

@@ -181,7 +181,7 @@ class Source:
     def setting(self, scheme: str = "", *, one_trial: bool = False) -> str:
         """Return the scenario's values for the title: antennas, height, trials."""
         parts = [scheme] * bool(scheme) + [
-            f"$N_t$ = {self.scenario.array.n_tx}",
+            self._antennas(),
             f"$h$ = {self.scenario.uav.start(self.scenario.geometry)[2]:g} m",
             self._trial() if one_trial else f"{self.trials} trial{'s' * (self.trials != 1)}",
         ]
@@ -237,6 +237,13 @@ class Source:
         missing = [name for name in variables if name not in self.result.variables]
         if missing:
             raise PlotError(f"the result holds no {', '.join(missing)}; is it from `echobeam run`?")
+
+    def _antennas(self) -> str:
+        """Return the size of the transmit array."""
+        array = self.scenario.array
+        if array.kind == "linear":
+            return f"$N_t$ = {array.n_tx}"
+        return rf"{array.rows} $\times$ {array.columns} elements"
 
     def _trial(self) -> str:
         """Return the trial's own number: a result may hold some chosen trials."""

@@ -68,6 +68,27 @@ class Track(NamedTuple):
         return false
 
 
+class Paths(NamedTuple):
+    """Tracks and objects over the other coordinate of a panel.
+
+    ``across`` is that of each track, ``(slot,)``; ``identity``, ``true`` and ``at``, the objects'
+    own coordinates, are ``(slot, object)``.
+    """
+
+    found: list[Track]
+    across: list[Array]
+    identity: IntArray
+    true: Array
+    at: Array
+
+    def series(self) -> tuple[Series, ...]:
+        """Return tracks, objects, and marks of confirmed tracks of none."""
+        pairs = zip(self.found, self.across, strict=True)
+        series = [part for track, across in pairs for part in _track_series(track, across)]
+        series += _object_series(self.identity, self.true, self.at)
+        return (*series, *_false_series(self.found, self.across))
+
+
 def tracks(source: Source) -> FigureData:
     """Return the objects of one trial and the tracks of one scheme along the road, over slots.
 
@@ -91,17 +112,17 @@ def tracks(source: Source) -> FigureData:
     found = [track for track in found if np.isfinite(track.x).any()]
     one = one.isel(slot=source.stretch)
     slots = one["slot"].values.astype(float)
-    series = [part for track in found for part in _track_series(track, slots)]
-    series += _object_series(one["identity"].values, true[source.stretch], slots)
-    series += _false_series(found, slots)
+    paths = Paths(found, [slots] * len(found), one["identity"].values, true[source.stretch],
+                  np.broadcast_to(slots[:, None], true[source.stretch].shape))  # fmt: skip
     name = "|x| from the UAV, both sides as one" if vertical else "Position along the road"
     panel = Panel(
-        source.slot_axis(), Axis(name, "m"), tuple(series), guides=_omni(one["mode"].values, slots),
-        notes=_numbers(found, slots), empty="no object and no track",
+        source.slot_axis(), Axis(name, "m"), paths.series(),
+        guides=omni_spells(one["mode"].values, slots), notes=_numbers(paths),
+        empty="no object and no track",
     )  # fmt: skip
     return FigureData(
         "tracks", source.title, (panel,), source.setting(source.one_scheme(), one_trial=True),
-        size=(7.16, 3.6), key=_key(found),
+        size=(7.16, 3.6), key=track_key(found),
     )  # fmt: skip
 
 
@@ -126,7 +147,7 @@ def read_tracks(id: IntArray, status: IntArray, about: IntArray, along: Array) -
     return found
 
 
-def _key(found: list[Track]) -> tuple[tuple[str, Look], ...]:
+def track_key(found: list[Track]) -> tuple[tuple[str, Look], ...]:
     """Return the legend of what is drawn."""
     entries = [("object", Look(BLACK))]
     for status, style in _LINES.items():
@@ -137,15 +158,16 @@ def _key(found: list[Track]) -> tuple[tuple[str, Look], ...]:
     return tuple(entries)
 
 
-def _track_series(track: Track, slots: Array) -> list[Series]:
+def _track_series(track: Track, across: Array) -> list[Series]:
     """Return a dot at a track's birth and its line in parts, one for each stage of its life.
 
-    The stage of a slot has the line up to the next slot.
+    The stage of a slot has the line up to the next slot. ``across`` is the other coordinate of the
+    panel, ``(slot,)``.
     """
     colour, name, parts = track.colour, f"track {track.id}", []
     if track.birth >= 0:
         first = slice(track.birth, track.birth + 1)
-        parts.append(Series(f"{name}, first slot", slots[first], track.x[first],
+        parts.append(Series(f"{name}, first slot", across[first], track.x[first],
                             look=Look(colour, "."), kind="points", legend=False))  # fmt: skip
     for status, style in _LINES.items():
         own = track.status == status
@@ -155,7 +177,7 @@ def _track_series(track: Track, slots: Array) -> list[Series]:
                 np.concatenate(
                     [np.append(values[start : end + 1], np.nan) for start, end in spells]
                 )
-                for values in (slots, track.x)
+                for values in (across, track.x)
             )
             parts.append(
                 Series(f"{name}, {status.name.lower()}", at, x, look=Look(colour, "", style),
@@ -164,52 +186,66 @@ def _track_series(track: Track, slots: Array) -> list[Series]:
     return parts
 
 
-def _object_series(identity: IntArray, true: Array, slots: Array) -> list[Series]:
-    """Return the objects' paths, and their places when they appear and leave within the slots."""
+def _object_series(identity: IntArray, true: Array, across: Array) -> list[Series]:
+    """Return the objects' paths, and their places when they appear and leave within the slots.
+
+    All are ``(slot, object)``.
+    """
     stays = [(k, one) for k in range(identity.shape[1]) for one in occupants(identity[:, k])]
     series = [
-        Series(f"object {identity[stay.start, k] + 1}", slots[stay], true[stay, k],
+        Series(f"object {identity[stay.start, k] + 1}", across[stay, k], true[stay, k],
                look=Look(BLACK), kind="line", width=_TRUE_WIDTH, legend=False)
         for k, stay in stays
     ]  # fmt: skip
     ends = {
         "appears": (_APPEARS, [(stay.start, k) for k, stay in stays if stay.start > 0]),
-        "leaves": (_LEAVES, [(stay.stop - 1, k) for k, stay in stays if stay.stop < len(slots)]),
+        "leaves": (_LEAVES, [(stay.stop - 1, k) for k, stay in stays if stay.stop < len(true)]),
     }
     for name, (look, places) in ends.items():
         if places:
             at, column = np.array(places).T
             series.append(
-                Series(name, slots[at], true[at, column], look=look, kind="points", hollow=True)
+                Series(
+                    name,
+                    across[at, column],
+                    true[at, column],
+                    look=look,
+                    kind="points",
+                    hollow=True,
+                )
             )
     return series
 
 
-def _false_series(found: list[Track], slots: Array) -> list[Series]:
-    """Return the slots and places of confirmed tracks that were about no object, if any."""
-    some = [track for track in found if track.false.any()]
+def _false_series(found: list[Track], across: list[Array]) -> list[Series]:
+    """Return the places of confirmed tracks that were about no object, if any."""
+    some = [(track, at) for track, at in zip(found, across, strict=True) if track.false.any()]
     if not some:
         return []
-    at = np.concatenate([slots[track.false] for track in some])
-    x = np.concatenate([track.x[track.false] for track in some])
+    at = np.concatenate([at[track.false] for track, at in some])
+    x = np.concatenate([track.x[track.false] for track, _ in some])
     return [Series("confirmed track of no object", at, x, look=_FALSE, kind="points")]
 
 
-def _numbers(found: list[Track], slots: Array) -> tuple[Note, ...]:
+def _numbers(paths: Paths) -> tuple[Note, ...]:
     """Return the identities of the tracks beside their first slots, if they are few."""
-    known = [track for track in found if (track.status >= Status.CONFIRMED).any()]
+    known = [
+        (track, at)
+        for track, at in zip(paths.found, paths.across, strict=True)
+        if (track.status >= Status.CONFIRMED).any()
+    ]
     if not 0 < len(known) <= _MOST_NUMBERS:
         return ()
-    births = [int(np.flatnonzero(np.isfinite(track.x))[0]) for track in known]
-    first = np.array([track.x[i] for track, i in zip(known, births, strict=True)])
+    births = [int(np.flatnonzero(np.isfinite(track.x))[0]) for track, _ in known]
+    first = np.array([track.x[i] for (track, _), i in zip(known, births, strict=True)])
     beside = np.where(first > first.mean(), -8.0, 8.0)  # on the inner side, within the panel
     return tuple(
-        Note(str(track.id), float(slots[i]), float(track.x[i]), "0.25", offset=(5.0, float(up)))
-        for track, i, up in zip(known, births, beside, strict=True)
+        Note(str(track.id), float(at[i]), float(track.x[i]), "0.25", offset=(5.0, float(up)))
+        for (track, at), i, up in zip(known, births, beside, strict=True)
     )
 
 
-def _omni(mode: npt.NDArray[np.integer], slots: Array) -> tuple[Guide, ...]:
+def omni_spells(mode: npt.NDArray[np.integer], slots: Array) -> tuple[Guide, ...]:
     """Return the slots of the trial without directional beams as shaded bands."""
     kinds = [one for one in (Mode.OMNI, Mode.PILOT) if (mode == one).any()]
     name = " or ".join(one.name.lower() for one in kinds) + " slot"

@@ -8,7 +8,7 @@ import numpy as np
 
 from echobeam.plots.looks import BLACK, DOTTED, MAX_OBJECTS, RING, Look, object_look
 from echobeam.plots.record import Axis, FigureData, Note, Panel, Series
-from echobeam.plots.scene import FORECAST, Scene, chosen_slots, cone_series, read_scene
+from echobeam.plots.scene import FORECAST, Scene, chosen_slots, cone_series, framed, read_scene
 from echobeam.plots.source import Source
 from echobeam.schemes.configure import system_for
 from echobeam.simulation.forecast import Cone, make_cones
@@ -28,7 +28,6 @@ _BLACK = next(k for k in range(MAX_OBJECTS) if object_look(k).colour == BLACK)
 
 PREDICTED = Look("0.25", "x", "")
 _ESTIMATED = Look("0.25", "o", "-")
-_ROAD, _HEIGHT = Axis("Position along the road", "m"), Axis("Height", "m")
 
 
 def trajectories(source: Source) -> FigureData:
@@ -38,7 +37,8 @@ def trajectories(source: Source) -> FigureData:
     positions, and 95 % ellipses of the estimate's stated covariance; and its position along the
     road with forecasts from a few slots as cones: the dashed path predicted without further
     measurements, with three standard deviations on either side. Objects that enter and leave are
-    drawn along the road over time, with the error of their prediction below.
+    drawn along the road over time, with the error of their prediction below. On the ground the
+    paths are those seen from above, without forecasts.
     """
     scene = read_scene(source)
     if source.scenario.trace is not None or len(scene.stays) > _CLOSE_UPS:
@@ -46,11 +46,12 @@ def trajectories(source: Source) -> FigureData:
     close = scene.stays[:_CLOSE_UPS]
     panels = [scene_panel(scene)]
     panels += [_close_up(scene, k, stay) for k, stay in close]
-    panels += [_road_panel(source, scene, k, stay) for k, stay in close]
-    return _figure(source, panels, len(close))
+    if not scene.on_ground:
+        panels += [_road_panel(source, scene, k, stay) for k, stay in close]
+    return _figure(source, panels, len(close), forecasts=not scene.on_ground)
 
 
-def _figure(source: Source, panels: list[Panel], close: int) -> FigureData:
+def _figure(source: Source, panels: list[Panel], close: int, *, forecasts: bool) -> FigureData:
     scheme = source.one_scheme()
     layout: tuple[tuple[int, ...], ...] = ((0,),)
     if close:
@@ -59,52 +60,71 @@ def _figure(source: Source, panels: list[Panel], close: int) -> FigureData:
         upper = [0] * columns
         lower = [1 + i % close for i in range(close)] + [-1] * (columns - close)
         road = [1 + close + i for i in range(close)] + [-1] * (columns - close)
-        layout = (tuple(upper), tuple(lower), tuple(road))
+        layout = (tuple(upper), tuple(lower), tuple(road))[: 2 + forecasts]
     key = [
         ("true path", Look("0.25")), ("estimated", _ESTIMATED), ("predicted", PREDICTED),
-        ("95 % region (if within axes)", Look("0.3", RING, "")), ("forecast, with ±3σ", FORECAST),
+        ("95 % region (if within axes)", Look("0.3", RING, "")),
     ]  # fmt: skip
+    if forecasts:
+        key.append(("forecast, with ±3σ", FORECAST))
     return FigureData(
         "trajectories", source.title, tuple(panels), source.setting(scheme, one_trial=True),
-        layout=layout, heights=(1.5, 1.1, 1.0) if close else (),
-        size=(7.16, 6.0) if close else (3.5, 3.0), key=tuple(key) if close else (),
+        layout=layout, heights=(1.5, 1.1, 1.0)[: 2 + forecasts] if close else (),
+        size=(7.16, 6.0 if forecasts else 4.6) if close else (3.5, 3.0),
+        key=tuple(key) if close else (),
     )  # fmt: skip
 
 
 def _over_time(source: Source, scene: Scene) -> FigureData:
     """Return positions along the road over time, and the prediction's error below."""
     time = source.result["time"].values[source.stretch]
-    uav = Series("UAV", time, scene.uav[:, 0], look=Look(BLACK, "", DOTTED), kind="line")
-    ways, errors = [uav], []
+    panels = [_way_panel(scene, time, axis) for axis in range(1 + scene.on_ground)]
+    errors = []
     for number, (k, stay) in enumerate(scene.stays):
-        look = object_look(number + (number % MAX_OBJECTS >= _BLACK)).plain("-")
-        name = f"stay {number + 1}"
-        ways.append(
-            Series(f"{name}, true", time[stay], scene.true[stay, k, 0], look=look, kind="line",
-                   width=2.0, legend=False)
-        )  # fmt: skip
-        ways.append(
-            Series(f"{name}, estimated", time[stay], scene.estimated[stay, k, 0],
-                   look=Look("black"), kind="line", width=0.6, legend=False)
-        )  # fmt: skip
         off = np.hypot(*(scene.predicted[stay, k] - scene.true[stay, k]).T)
         errors.append(
-            Series(f"{name}, predicted", time[stay], off, look=look, kind="line", width=0.8,
-                   legend=False)
+            Series(f"stay {number + 1}, predicted", time[stay], off, look=_stay_look(number),
+                   kind="line", width=0.8, legend=False)
         )  # fmt: skip
-    axis = Axis("Time", "s", limits=(float(time[0]), float(time[-1])))
+    rows = len(panels)
     return FigureData(
         "trajectories", source.title,
         (
-            Panel(axis, _ROAD, tuple(ways), empty="no objects in the scene"),
-            Panel(axis, Axis("Error of the prediction", "m", log=True), tuple(errors),
+            *panels,
+            Panel(_time_axis(time), Axis("Error of the prediction", "m", log=True), tuple(errors),
                   empty="nothing was predicted"),
         ),
         source.setting(source.one_scheme(), one_trial=True),
-        layout=((0,), (1,)), heights=(2.0, 1.0), size=(7.16, 4.6), share="x",
+        layout=tuple((row,) for row in range(rows + 1)), heights=(*(2.0,) * rows, 1.0),
+        size=(7.16, 3.4 + 1.2 * rows), share="x",
         key=(("objects (a colour for each stay in service)", object_look(0).plain("-")),
              ("estimated", Look("black"))),
     )  # fmt: skip
+
+
+def _way_panel(scene: Scene, time: Array, axis: int) -> Panel:
+    """Return one coordinate of the UAV and of all objects over time."""
+    ways = [Series("UAV", time, scene.uav[:, axis], look=Look(BLACK, "", DOTTED), kind="line")]
+    for number, (k, stay) in enumerate(scene.stays):
+        name = f"stay {number + 1}"
+        ways.append(
+            Series(f"{name}, true", time[stay], scene.true[stay, k, axis], look=_stay_look(number),
+                   kind="line", width=2.0, legend=False)
+        )  # fmt: skip
+        ways.append(
+            Series(f"{name}, estimated", time[stay], scene.estimated[stay, k, axis],
+                   look=Look("black"), kind="line", width=0.6, legend=False)
+        )  # fmt: skip
+    return Panel(_time_axis(time), Axis(scene.names[axis], "m"), tuple(ways),
+                 empty="no objects in the scene")  # fmt: skip
+
+
+def _stay_look(number: int) -> Look:
+    return object_look(number + (number % MAX_OBJECTS >= _BLACK)).plain("-")
+
+
+def _time_axis(time: Array) -> Axis:
+    return Axis("Time", "s", limits=(float(time[0]), float(time[-1])))
 
 
 def path_series(name: str, path: Array, look: Look) -> Series:
@@ -127,6 +147,9 @@ def scene_panel(scene: Scene) -> Panel:
         for k, stay in scene.stays
     ]  # fmt: skip
     points = np.concatenate([scene.uav, *(scene.true[stay, k] for k, stay in scene.stays)])
+    if scene.on_ground:
+        return Panel(*_axes_around(points, 0.15, 20.0), tuple(series), notes=tuple(notes),
+                     equal=True)  # fmt: skip
     low, high = _widened(points, 30.0)
     width, height = high - low
     room = max(0.0, _NARROWEST * height - width) / 2.0
@@ -134,8 +157,8 @@ def scene_panel(scene: Scene) -> Panel:
     road = Series("road", np.array([low[0], high[0]]), np.zeros(2), look=Look("0.6"), kind="line",
                   width=2.0, legend=False)  # fmt: skip
     return Panel(
-        Axis(_ROAD.name, "m", limits=(low[0], high[0])),
-        Axis("Height", "m", limits=(low[1] - 0.08 * height, high[1] + 0.1 * height)),
+        Axis(scene.names[0], "m", limits=(low[0], high[0])),
+        Axis(scene.names[1], "m", limits=(low[1] - 0.08 * height, high[1] + 0.1 * height)),
         (road, *series),
         notes=tuple(notes),
         equal=bool(width < _FLATTEST * height),
@@ -170,9 +193,22 @@ def _close_up(scene: Scene, k: int, stay: slice) -> Panel:
                kind="points", legend=False, hollow=True),
         *ellipses,
     ]  # fmt: skip
+    x, y = Axis("Position", "m"), Axis(scene.names[1], "m")
+    if scene.on_ground:
+        drawn = [np.stack([one.x, one.y], axis=-1).astype(float) for one in series]
+        x, y = _axes_around(np.concatenate(drawn), 0.05, 0.5)
     return Panel(
-        Axis("Position", "m"), _HEIGHT, tuple(series), f"object {k + 1}", empty="no estimates"
+        x, y, tuple(series), f"object {k + 1}", empty="no estimates", equal=scene.on_ground
     )
+
+
+def _axes_around(points: Array, margin: float, least: float) -> tuple[Axis, Axis]:
+    """Return the axes of the ground around some points; arguments as in `framed`."""
+    low, high = framed(points, margin, least)
+    x, y = (
+        Axis(name, "m", limits=(float(low[i]), float(high[i]))) for i, name in enumerate(("x", "y"))
+    )
+    return x, y
 
 
 def _marked(points: int) -> list[int]:
