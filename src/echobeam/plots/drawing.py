@@ -331,7 +331,8 @@ def _folded(text: str, inches: float) -> str:
 
 def _in_lines(text: str, most: int) -> str:
     """Return a text with its lines broken where they are too long."""
-    return "\n".join(textwrap.fill(line, most) for line in text.split("\n"))
+    signs = sum(text.count(sign) for sign in "$_{}")  # of formulas, which are not drawn
+    return "\n".join(textwrap.fill(line, most + signs) for line in text.split("\n"))
 
 
 def _inches_wide(axes: Axes) -> float:
