@@ -80,7 +80,7 @@ def figures(
         If a kind is unknown, or the result lacks what it needs.
     """
     chosen = Choice() if choice is None else choice
-    of_sweep, of_run = "vary" in result.attrs, list(ON_GROUND | KINDS | OF_TRACKS)
+    of_sweep, of_run = "vary" in result.attrs, list(KINDS | OF_TRACKS | ON_GROUND)
     known = [SWEEP] if of_sweep else of_run
     unknown = [kind for kind in kinds if kind not in known]
     if unknown:
