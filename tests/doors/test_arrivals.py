@@ -26,7 +26,7 @@ def confirmed_for(result, identity):
 @pytest.mark.slow
 def test_arrivals_are_confirmed_within_two_omnidirectional_slots():
     scenario = eb.load_scenario("arrivals")
-    result = eb.simulate(scenario, ["temporal"], trials=60)
+    result = eb.simulate(scenario, ["temporal"], trials=30)
     system = system_of(scenario)
     omni = transmission.omni(np.zeros((1, 1), bool), scenario.radio.power, scenario.array.n_tx)
     looks = (result["mode"].values[0] == Mode.OMNI).cumsum(axis=-1)

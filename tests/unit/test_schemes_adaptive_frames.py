@@ -127,7 +127,7 @@ def test_with_labels_one_look_is_enough_while_nobody_arrives():
 @pytest.mark.slow
 def test_a_share_of_the_power_finds_whom_nobody_announces():
     scenario = UNLABELLED.replace({"frame.frames": 4})
-    result = eb.simulate(scenario, schemes=["posterior"], trials=2, seed=3)
+    result = eb.simulate(scenario, schemes=["posterior:arrival_rate=5"], trials=2, seed=3)
     mode = result["mode"].values[0]
     assert (mode[:, 0] == Mode.OMNI).all()
     assert (mode == Mode.MIXED).any(axis=-1).all()
