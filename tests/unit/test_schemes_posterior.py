@@ -92,5 +92,4 @@ def test_the_outage_is_a_parameter_and_has_to_be_one():
 
 @pytest.mark.slow
 def test_the_beamer_keeps_the_rules_of_schemes():
-    eb.testing.check_scheme("water-filling:beamer=posterior")
     eb.testing.check_scheme("temporal:beamer=posterior,min_rate=0.01,least_snr=100")
