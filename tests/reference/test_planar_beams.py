@@ -252,6 +252,21 @@ def test_the_bound_of_the_relaxation_is_above_the_beams_of_the_direct_solver(see
         assert excess(problem, relaxed.beams, problem.resolution) <= 1e-6
 
 
+@pytest.mark.parametrize("polarisations", [1, 2])
+def test_branch_and_bound_proves_beams_of_several_objects_under_narrow_ellipses(polarisations):
+    """The gap that is left without it is that of a bound without interference."""
+    array = eb.PlanarArray(6, 8, polarisations=polarisations)
+    problem = eb.BeamProblem(
+        [[0.1, -0.2], [0.35, 0.1], [-0.2, 0.3]], [100.0, 90.0, 120.0],
+        [ellipse(0.5, 0.4), ellipse(0.6, 0.4, 0.3), ellipse(0.5, 0.5)],
+        0.1 * array.elements, 0.1, 1e4, 1.0, array=array, resolution=STEP,
+    )  # fmt: skip
+    free, proved = eb.design_beams(problem), eb.design_beams(problem, certify=True)
+    assert proved.gap <= 1e-4 < free.gap
+    assert proved.objective >= free.objective * (1.0 - 1e-9)
+    assert excess(problem, proved.beams, problem.resolution) <= 1e-6
+
+
 def test_a_batch_of_planar_problems_answers_like_its_members():
     from echobeam.beamforming.design import design_batch
     from echobeam.beamforming.problem import ProblemBatch

@@ -306,3 +306,33 @@ def test_planar_steering_is_that_of_the_reduction(size: tuple[int, int]) -> None
         steering.fill_steering(phases, size[1], vector)
         expected = subspace.real_steering(phases, size) / np.sqrt(vector.size)
         np.testing.assert_allclose(vector, expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("lobes", [0.1, 0.3, 0.55, 0.8])
+def test_nodes_of_an_ellipse_span_the_steering_vectors_of_all_of_it(lobes):
+    array, rng = PlanarArray(8, 8), np.random.default_rng(4)
+    reach = lobes / (2.0 * array.spacing * array.rows)
+    centre, cover = np.array([0.2, -0.3]), np.diag([reach, 0.7 * reach]) ** 2
+    problem = array, centre[None, None], cover[None, None], 0.02
+    ((_, layout),) = direct.layout.layouts(*problem)
+    span = subspace.real_steering(layout.nodes[0, 0, :-1], array.shape)
+    turn, radius = rng.uniform(0.0, 2.0 * np.pi, 400), np.sqrt(rng.uniform(0.0, 1.0, 400))
+    inside = radius[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1) * [1.0, 0.7] * reach
+    wanted = subspace.real_steering(array.phases(centre + inside), array.shape)
+    basis = np.linalg.qr(span.T)[0]
+    left = np.linalg.norm(wanted - (wanted @ basis) @ basis.T, axis=1)
+    norm = np.linalg.norm(wanted, axis=1)
+    assert np.max(left / norm) < 2.0 * direct.layout.REMAINDER  # two axes
+
+
+@pytest.mark.parametrize(("halfwidth", "whole"), [(0.035, True), (0.3, False)])
+def test_a_small_grid_is_imposed_as_a_whole_and_only_once(halfwidth, whole):
+    array, cover = PlanarArray(8, 8), halfwidth**2 * np.eye(2)
+    ((_, layout),) = direct.layout.layouts(array, np.zeros((1, 1, 2)), cover[None, None], 0.02)
+    imposed = layout.first[0, 0]
+    if whole:
+        assert sorted(imposed) == list(range(layout.count[0, 0]))
+        assert layout.spare == 0
+    else:
+        assert imposed.size < layout.count[0, 0]
+        assert layout.spare > 0

@@ -221,9 +221,14 @@ def _put(values: Array, k: int, value: float) -> Array:
 
 
 def _reduced(model: Model, k: int, beam: ComplexArray, power: float) -> Array:
-    """Return the covariance of given antenna weights in reduced coordinates, real part."""
-    coordinates = model.beams[k].basis.T @ to_coordinates(beam) / np.sqrt(power)
-    return np.asarray(np.outer(coordinates, np.conj(coordinates)).real)
+    """Return the covariance of given antenna weights in reduced coordinates, real part.
+
+    The columns of a beam of two polarisations stand one after the other in its weights.
+    """
+    basis = model.beams[k].basis
+    columns = beam.reshape(-1, basis.shape[0])
+    coordinates = [basis.T @ to_coordinates(column) / np.sqrt(power) for column in columns]
+    return np.sum([np.outer(c, np.conj(c)).real for c in coordinates], axis=0)
 
 
 def _halves(box: Box, loss: Array, interference: Array) -> tuple[Box, Box]:

@@ -28,6 +28,15 @@ WIDE = 2.0
 
 EXTRA_NODES = 4
 
+REMAINDER = 3e-4
+"""Part of a steering vector that an ellipse's nodes may leave out: a beam has power there only at
+the expense of its square. In 150 random problems up to two lobes the sum rate was at most 4e-8
+lower than with a thousandth of it, and narrow covers took a third of the time."""
+
+NARROW = 1.0
+"""Cover of a planar array in Nyquist lobes up to which a small grid is imposed as a whole. Under
+wider ones the starts led to worse beams so, by up to 5e-4 in 14 of 160 problems."""
+
 LEAST_WIDTH = 0.5
 """Width in Nyquist lobes below which the chirp gets no slower."""
 
@@ -123,23 +132,39 @@ def point_counts(nodes: int) -> tuple[int, int]:
     return max(2 * nodes + 1, 6 * nodes - 23), max(nodes + 1, 4 * nodes - 35)
 
 
+def disc_degree(lobes: float) -> int:
+    """Return the degree of the nodes that stand for an ellipse so many Nyquist lobes wide.
+
+    The least at which Chebyshev's remainder of exp(j x) is below `REMAINDER`, x being the phase
+    between the middle of cover and aperture and their ends; no more than a linear array takes.
+    """
+    phase, most = 0.25 * LOBE * lobes, node_count(lobes)
+    for degree in range(1, most):
+        rest = phase ** (degree + 1) / (2.0**degree * math.factorial(degree + 1))
+        if rest <= REMAINDER:
+            return degree
+    return most
+
+
 def layouts(
     array: AntennaArray, directions: Array, covers: Array, resolution: float
 ) -> Iterator[tuple[IntArray, Layout]]:
-    """Give trials whose covers take equally many nodes, by index, with their layout.
+    """Give trials whose covers take equally many nodes and points, by index, with their layout.
 
     Parameters
     ----------
     array, directions, covers, resolution
         As in `cover_grid`, with ``(T, K)`` leading axes.
     """
-    lobes = cover_lobes(array, directions, covers, resolution)
-    nodes = np.array([node_count(lobe) for lobe in lobes.max(axis=-1).tolist()])
-    for count in sorted(set(nodes.tolist())):
-        which = np.flatnonzero(nodes == count)
-        part = directions[which], covers[which], resolution, count
+    lobes = cover_lobes(array, directions, covers, resolution).max(axis=-1)
+    planar = isinstance(array, PlanarArray)
+    sizes = np.array([(disc_degree if planar else node_count)(lobe) for lobe in lobes.tolist()])
+    for size in sorted(set(sizes.tolist())):
+        which = np.flatnonzero(sizes == size)
+        part = directions[which], covers[which], resolution, size
         if isinstance(array, PlanarArray):
-            yield which, _planar(array, *part)
+            for index, layout in _planar(array, *part):
+                yield which[index], layout
         else:
             yield which, _linear(array, *part)
 
@@ -190,25 +215,61 @@ def _linear(
 
 
 def _planar(
-    array: PlanarArray, directions: Array, covers: Array, resolution: float, nodes: int
-) -> Layout:
+    array: PlanarArray, directions: Array, covers: Array, resolution: float, degree: int
+) -> Iterator[tuple[IntArray, Layout]]:
+    """Give trials with small grids by the size of these, and those with large ones together."""
     grid, mask = ellipse_grid(directions, covers, resolution)
-    root, degree = square_root(covers), nodes
-    sites = disc_nodes(degree)
-    around = directions[..., np.newaxis, :] + sites @ np.swapaxes(root, -1, -2)
-    far = array.phases(directions)[..., np.newaxis, :] + np.pi
+    count = np.sum(mask, axis=-1)
+    most = count.max(axis=-1)
+    small = (most <= _imposed(degree)) & (degree <= node_count(NARROW))
+    few = np.where(small, most, 0)
+    for points in sorted(set(few.tolist())):
+        which = np.flatnonzero(few == points)
+        size = points or int(most[which].max())
+        part = directions[which], covers[which], grid[which, :, :size], count[which]
+        if points:
+            first, spare = np.arange(size) * (np.arange(size) < part[3][..., np.newaxis]), 0
+            near = np.empty((1, 1, size, 0), dtype=np.int64)
+        else:
+            first, spare = _some_points(*part[:3], degree)
+            near = cover_neighbours(array, part[1], resolution, size)
+        yield which, _over_disc(array, part, degree, (first, near, spare))
+
+
+def _imposed(degree: int) -> int:
+    """Return how many grid points of an ellipse are imposed at a time: those of `_some_points`."""
+    return len(disc_nodes(2 * degree)) + len(disc_nodes(degree)) + 1
+
+
+def _some_points(
+    directions: Array, covers: Array, grid: Array, degree: int
+) -> tuple[IntArray, int]:
+    """Return the points of large grids that are imposed first, and how many are to spare."""
     first = spread_points(grid, directions, covers, 2 * degree)
     centre = spread_points(grid[..., EDGE_POINTS:, :], directions, covers, 0) + EDGE_POINTS
-    spare = len(sites) + 1
-    first = np.concatenate([first, np.repeat(centre, spare, axis=-1)], axis=-1)
+    spare = len(disc_nodes(degree)) + 1
+    return np.concatenate([first, np.repeat(centre, spare, axis=-1)], axis=-1), spare
+
+
+def _over_disc(
+    array: PlanarArray,
+    part: tuple[Array, Array, Array, IntArray],
+    degree: int,
+    points: tuple[IntArray, IntArray, int],
+) -> Layout:
+    """Return the layout of directions, covers, grid and its sizes, and of `Layout`'s points."""
+    directions, covers, grid, count = part
+    first, near, spare = points
+    around = disc_nodes(degree) @ np.swapaxes(square_root(covers), -1, -2)
+    nodes = array.phases(directions[..., np.newaxis, :] + around)
+    own = array.phases(directions)
     imposed = np.take_along_axis(grid, first[..., np.newaxis], axis=-2)
-    phases = np.swapaxes(array.phases(grid), -1, -2)
     return Layout(
-        own=array.phases(directions),
-        grid=phases,
-        count=np.sum(mask, axis=-1),
-        near=cover_neighbours(array, covers, resolution, grid.shape[-2]),
-        nodes=np.concatenate([array.phases(around), far], axis=-2),
+        own=own,
+        grid=np.swapaxes(array.phases(grid), -1, -2),
+        count=count,
+        near=near,
+        nodes=np.concatenate([nodes, own[..., np.newaxis, :] + np.pi], axis=-2),
         first=first,
         bow=_bow(array, imposed - directions[..., np.newaxis, :], covers),
         spare=spare,
