@@ -1,4 +1,4 @@
-"""What `posterior` costs: ``python benchmarks/posterior_costs.py``, on one core that does nothing else.
+"""What `posterior` costs, on one idle core: ``python benchmarks/posterior_costs.py``.
 
 Microseconds of its tracker for each trial and object, by slot, and milliseconds of its decision for
 each trial, both in blocks of 100 trials; then those of a decision for one trial alone.
