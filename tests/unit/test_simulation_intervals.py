@@ -7,7 +7,8 @@ import pytest
 from scipy import stats
 
 import echobeam as eb
-from echobeam.simulation.summary import scalars, summarise
+from echobeam.simulation.quantities import scalars
+from echobeam.simulation.summary import summarise
 
 from .plot_dataset import build_result
 

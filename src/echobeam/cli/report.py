@@ -15,7 +15,8 @@ from echobeam.numerals import as_json
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.decisions import Decisions
 from echobeam.simulation.link_budget import far_field
-from echobeam.simulation.summary import GENIE, SchemeSummary, errors_of, improvement, summarise
+from echobeam.simulation.quantities import errors_of
+from echobeam.simulation.summary import GENIE, SchemeSummary, improvement, summarise
 
 if TYPE_CHECKING:
     import xarray as xr

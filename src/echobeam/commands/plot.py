@@ -14,7 +14,7 @@ from echobeam.numerals import whole
 from echobeam.plots import SWEEP, Choice, FigureData, PlotError, figures
 from echobeam.plots.saving import file_format, write
 from echobeam.plots.sweep import QUANTITY
-from echobeam.simulation.summary import errors_in, per_slot
+from echobeam.simulation.quantities import errors_in, per_slot
 from echobeam.store.result import VARY
 from echobeam.store.writing import check_writable
 

@@ -12,16 +12,9 @@ import numpy as np
 from echobeam.commands.results import opened
 from echobeam.scenario.checking import checked
 from echobeam.scenario.model import Scenario
+from echobeam.simulation.quantities import errors_in, errors_of, interval_name, per_slot, scalars
 from echobeam.simulation.statistics import NEEDED, needed
-from echobeam.simulation.summary import (
-    SchemeSummary,
-    errors_in,
-    errors_of,
-    interval_name,
-    per_slot,
-    scalars,
-    summarise,
-)
+from echobeam.simulation.summary import SchemeSummary, summarise
 from echobeam.store.result import VARY
 from echobeam.store.writing import StoreError
 

@@ -12,8 +12,9 @@ from echobeam.plots.looks import AREA, BAND, DOTTED, Look
 from echobeam.plots.record import Axis, FigureData, Guide, Panel, Series, grid, interval_series
 from echobeam.plots.source import Source, empty_figure
 from echobeam.schemes.configure import geometry_of, system_for
+from echobeam.simulation.quantities import errors_of
 from echobeam.simulation.statistics import needed, squares_of
-from echobeam.simulation.summary import GENIE, errors_of, pooled_bound
+from echobeam.simulation.summary import GENIE, pooled_bound
 from echobeam.values import Array
 
 _EXPECTED = Look("0.25", "", "-")

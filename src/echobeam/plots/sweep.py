@@ -12,7 +12,7 @@ import numpy as np
 from echobeam.plots.looks import MOST_LINES, Look, parameter_look, scheme_looks
 from echobeam.plots.record import Axis, FigureData, Panel, Series, grid
 from echobeam.plots.source import Choice, PlotError
-from echobeam.simulation.summary import interval_name
+from echobeam.simulation.quantities import interval_name
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,8 +9,9 @@ from echobeam.plots.looks import DOTTED, FAINT, Look
 from echobeam.plots.record import Axis, FigureData, Panel, Series
 from echobeam.plots.source import Source, empty_figure
 from echobeam.schemes.configure import geometry_of
+from echobeam.simulation.quantities import errors_of
 from echobeam.simulation.statistics import squares_of
-from echobeam.simulation.summary import errors_of, pooled_bound
+from echobeam.simulation.summary import pooled_bound
 from echobeam.values import Array
 
 _UNITS = {

@@ -16,16 +16,15 @@ from echobeam.faults import InputError
 from echobeam.scenario.load import Source, load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.simulation.dataset import attributes
-from echobeam.simulation.summary import (
-    SchemeSummary,
+from echobeam.simulation.quantities import (
     errors_in,
     errors_of,
     interval_name,
     per_slot,
     scalars,
     slot_means,
-    summarise_statistics,
 )
+from echobeam.simulation.summary import SchemeSummary, summarise_statistics
 from echobeam.sweeps.coordinates import coordinate, first_repeated
 from echobeam.sweeps.points import Point, Study
 

@@ -228,7 +228,7 @@ def _reduced(model: Model, k: int, beam: ComplexArray, power: float) -> Array:
     basis = model.beams[k].basis
     columns = beam.reshape(-1, basis.shape[0])
     coordinates = [basis.T @ to_coordinates(column) / np.sqrt(power) for column in columns]
-    return np.sum([np.outer(c, np.conj(c)).real for c in coordinates], axis=0)
+    return np.asarray(sum(np.outer(c, np.conj(c)).real for c in coordinates))
 
 
 def _halves(box: Box, loss: Array, interference: Array) -> tuple[Box, Box]:
