@@ -79,7 +79,7 @@ def test_pull_is_the_gradient_of_the_lagrangian() -> None:
     for seed in SEEDS:
         made, weight = _shape(seed), _weight(seed)
         bend, spread = step.bends(made.low, made.high, weight, made.scalars[shape.RIPPLE])
-        pull = step._pull(made.rows, made.response, bend, spread, made.z)
+        pull = step._pull(made.rows.T.copy(), made.response, bend, spread, made.z)
         expected = _gradient(_lagrangian, made, weight, made.z)
         np.testing.assert_allclose(pull, expected, rtol=1e-12, atol=1e-12)
 
@@ -97,7 +97,7 @@ def test_on_the_central_path_the_newton_matrix_is_the_hessian_of_the_barrier_fun
         bend, spread = step.bends(made.low, made.high, weight, ripple)
         stiff = made.low / below, made.high / above
         lower = np.tril(
-            step._matrix(made.rows, made.response, made.z, bend, spread, ripple, *stiff)
+            step._matrix(made.rows.T.copy(), made.response, made.z, bend, spread, ripple, *stiff)
         )
         expected = np.zeros((2 * SIZE, 2 * SIZE))
         for column in range(2 * SIZE):

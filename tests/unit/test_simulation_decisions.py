@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import echobeam as eb
+from echobeam.beamforming.methods import DEFAULT, METHODS
 from echobeam.faults import RunError
 from echobeam.schemes.configure import configure_all
 from echobeam.simulation import decisions, loop
@@ -51,13 +52,28 @@ def test_mean_and_percentile_are_over_slots_and_blocks():
     assert np.isnan([found["b"].mean, found["b"].p99]).all()
 
 
-def test_the_first_decision_in_a_process_is_not_timed(monkeypatch):
-    """It may load or compile a solver, whoever wrote the scheme."""
+def test_the_first_decision_of_a_users_scheme_in_a_process_is_not_timed(monkeypatch):
+    """It may load or compile what it needs."""
+
+    @eb.scheme("mine")
+    def beams(prior, view):
+        return np.zeros((*prior.known.shape, view.system.transmitter.n))
+
     monkeypatch.setattr(decisions, "_decided", set())
-    blocks = [run_block(SCENE, configure_all(SCENARIO, ["water-filling"]), 0, range(3))] * 1
-    blocks.append(run_block(SCENE, configure_all(SCENARIO, ["water-filling"]), 0, range(3)))
+    blocks = [run_block(SCENE, configure_all(SCENARIO, [beams]), 0, range(3)) for _ in range(2)]
     taken = [np.isfinite(block.arrays[SECONDS][0]).tolist() for block in blocks]
     assert taken == [[False, False] + [True] * 8, [False] + [True] * 9]
+
+
+@pytest.mark.parametrize("name", ["temporal", "pilot", "genie"])
+def test_our_own_schemes_load_the_solver_before_they_are_timed(name, monkeypatch, clock):
+    """The decision of slot 2 is the longest: a mean without it would be too small."""
+    loaded = []
+    method = METHODS[DEFAULT]
+    monkeypatch.setattr(type(method), "solver", lambda self: loaded.append(self))
+    block = run_block(SCENE, configure_all(SCENARIO, [name]), 0, range(3))
+    assert loaded == [method]
+    assert np.isfinite(block.arrays[SECONDS][0]).sum() == (10 if name == "genie" else 9)
 
 
 def test_slots_tell_the_time_of_one_trial(clock):

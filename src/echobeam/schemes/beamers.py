@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from echobeam.beamforming.design import design_batch
+from echobeam.beamforming.methods import DEFAULT, METHODS
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.brief import Brief
 from echobeam.faults import InputError
@@ -130,6 +131,10 @@ class CoverBeamer:
         if self.cold_every < 1:
             raise InputError(f"cold_every: {self.cold_every} is not accepted; expected 1 or more")
 
+    def load(self) -> None:
+        """Load or compile the solver, so that no decision waits for it."""
+        METHODS[DEFAULT].solver()
+
     def problems(self, aim: Aim, view: View) -> ProblemBatch:
         """Return the problems of a slot, most of them started from the last slot's beams."""
         tracks, geometry = getattr(aim, self.aim), view.system.geometry
@@ -207,6 +212,10 @@ class HeldBeams:
     def aim(self) -> Target:
         """Belief that the held beams are made from."""
         return self.beamer.aim
+
+    def load(self) -> None:
+        """Load what the design needs."""
+        getattr(self.beamer, "load", lambda: None)()
 
     def beams(self, aim: Aim, view: View) -> Beams:
         """Return the beams of the frame, none for an object that has left."""

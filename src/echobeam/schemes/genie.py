@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from echobeam.beamforming.design import design_batch
+from echobeam.beamforming.methods import DEFAULT, METHODS
 from echobeam.physics import transmission
 from echobeam.physics.coordinates import cover_shape
 from echobeam.schemes.base import Decision, View, no_tracks
@@ -41,6 +42,10 @@ class Genie:
     def omniscient(self) -> bool:
         """Always: that is its point."""
         return True
+
+    def load(self) -> None:
+        """Load or compile the solver, so that no decision waits for it."""
+        METHODS[DEFAULT].solver()
 
     def start(self, view: View) -> TrueTracks:
         """Return no tracks; it needs no past."""

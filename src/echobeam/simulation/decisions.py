@@ -54,9 +54,9 @@ _decided: set[str] = set()
 
 
 def first_decision(name: str) -> bool:
-    """Return whether this is the first decision of a scheme in this process.
+    """Return whether this is the first decision of a user's scheme in this process.
 
-    It may load or compile a solver, which is no part of a slot's decision, and is not timed.
+    It may load or compile what it needs, which is no part of a slot's decision, and is not timed.
     """
     if name in _decided:
         return False

@@ -125,6 +125,7 @@ def run_slots(world: World, configured: ConfiguredScheme) -> Iterator[SlotRecord
     for slot in range(world.scene.scenario.n_slots):
         view = _view(world, configured, uav_before, memory, last_look)
         if slot == 0:
+            _load(configured.scheme)
             belief = _ask(configured, "start", world, view)
         prior = _ask(configured, "predict", world, belief, view)
         predicted = _tracks(configured, prior, "predict", world)
@@ -349,8 +350,17 @@ def _decide(
     with _Answering(configured, "transmit", world):
         examine_decision(configured.name, decision, predicted, view)
     freeze(decision.sent.beams)
-    timed = bool(with_beams(decision.mode).any()) and not first_decision(configured.name)
+    timed = bool(with_beams(decision.mode).any())
+    if timed and _is_built_outside(configured.scheme):
+        timed = not first_decision(configured.name)
     return decision, seconds if timed else np.nan
+
+
+def _load(scheme: object) -> None:
+    """Load what our own schemes need for their decisions, so that none is timed with it."""
+    if not _is_built_outside(scheme):
+        for part in (scheme, getattr(scheme, "beamer", None)):
+            getattr(part, "load", lambda: None)()
 
 
 def _spread_out(values: Array, view: View) -> Array:

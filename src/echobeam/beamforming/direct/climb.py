@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.beamforming.direct import powers as uplink
-from echobeam.beamforming.direct.arrays import scaled_identity
+from echobeam.beamforming.direct.arrays import fill_block, scaled_identity, turned
 from echobeam.beamforming.direct.compiling import compiled, inlined
 from echobeam.beamforming.direct.grid import MISSED, exchange_points, repair_coverage
 from echobeam.beamforming.direct.linear import factor
@@ -221,13 +221,7 @@ def globally_best(shapes: Shapes, powers: Powers) -> bool:
         ripple = shapes.scalars[beam, RIPPLE]
         bend, spread = bends(shapes.low[beam], shapes.high[beam], weight, ripple)
         form = np.empty((n, n))
-        rows = shapes.rows[beam]
-        for first in range(n):
-            for second in range(first + 1):
-                total = 0.0
-                for row in range(bend.size):
-                    total += bend[row] * rows[first, row] * rows[second, row]
-                form[first, second] = total
+        fill_block(turned(shapes.rows[beam]), bend, form, 0, 0)
         largest = 0.0
         for place in range(n):
             form[place, place] += spread

@@ -25,7 +25,7 @@ from echobeam.beamforming.direct.advance import (
     step_length,
     trust_multipliers,
 )
-from echobeam.beamforming.direct.arrays import copy_into, zeros
+from echobeam.beamforming.direct.arrays import add_rows, copy_into, fill_block, turned, zeros
 from echobeam.beamforming.direct.compiling import compiled, inlined
 from echobeam.beamforming.direct.linear import factor_shifted, solve
 from echobeam.beamforming.direct.shape import (
@@ -58,19 +58,19 @@ FALL, FALL_POWER = 0.1, 1.3
 
 
 @compiled
-def _pull(rows: Array, response: Array, slope: Array, spread: float, z: Array) -> Array:
-    size, count = rows.shape
+def _pull(lines: Array, response: Array, slope: Array, spread: float, z: Array) -> Array:
+    """Return twice the gradient's sums over the rows, ``(R, n)``, and the identity's part."""
+    count, size = lines.shape
     pull = np.empty(z.size)
     force = np.empty(count)
+    for place in range(z.size):
+        pull[place] = spread * z[place]
     for part in range(response.shape[0]):
         for row in range(count):
             force[row] = slope[row] * response[part, row]
-        for place in range(size):
-            line = rows[place]
-            total = spread * z[part * size + place]
-            for row in range(count):
-                total += force[row] * line[row]
-            pull[part * size + place] = 2.0 * total
+        add_rows(lines, force, pull[part * size : (part + 1) * size])
+    for place in range(z.size):
+        pull[place] *= 2.0
     return pull
 
 
@@ -114,7 +114,7 @@ def _lower_barrier(
 
 @compiled
 def _matrix(
-    rows: Array,
+    lines: Array,
     response: Array,
     z: Array,
     bend: Array,
@@ -124,7 +124,7 @@ def _matrix(
     stiff_high: Array,
 ) -> Array:
     """Return the condensed Newton matrix ``(2 r n, 2 r n)``; the lower triangle counts."""
-    size, parts = rows.shape[0], response.shape[0]
+    size, parts = lines.shape[1], response.shape[0]
     m = stiff_low.size
     matrix = np.empty((z.size, z.size))
     stiff, lean = np.empty(m), np.empty(m)
@@ -139,43 +139,23 @@ def _matrix(
             weights[row] = 2.0 * bend[row]
         for row in range(m):
             weights[row] += stiff[row] * response[part, row] ** 2
-        _fill_block(rows, weights, matrix, part * size, part * size)
+        fill_block(lines, weights, matrix, part * size, part * size)
         for other in range(part):
             for row in range(m):
                 weights[row] = stiff[row] * response[part, row] * response[other, row]
-            _fill_block(rows, weights[:m], matrix, part * size, other * size)
-    side = np.empty(z.size)
+            fill_block(lines, weights[:m], matrix, part * size, other * size)
+    side = zeros(z.size)
     for part in range(parts):
         for row in range(m):
             weights[row] = lean[row] * response[part, row]
-        for place in range(size):
-            line, value = rows[place], 0.0
-            for row in range(m):
-                value += weights[row] * line[row]
-            where = part * size + place
-            side[where] = 4.0 * ripple * (value + 0.5 * ripple * total * z[where])
+        add_rows(lines, weights[:m], side[part * size : (part + 1) * size])
+    for place in range(z.size):
+        side[place] = 4.0 * ripple * (side[place] + 0.5 * ripple * total * z[place])
     for first in range(z.size):
         matrix[first, first] += 2.0 * spread
         for second in range(first + 1):
             matrix[first, second] += z[first] * side[second] + side[first] * z[second]
     return matrix
-
-
-@compiled
-def _fill_block(rows: Array, weights: Array, matrix: Array, begin: int, left: int) -> None:
-    """Fill a block of the matrix, itself symmetric, with sum_r weights_r a_r a_r^T."""
-    size, count = rows.shape[0], weights.size
-    scaled = np.empty(count)
-    for first in range(size):
-        line = rows[first]
-        for row in range(count):
-            scaled[row] = weights[row] * line[row]
-        for second in range(first + 1):
-            other, value = rows[second], 0.0
-            for row in range(count):
-                value += scaled[row] * other[row]
-            matrix[begin + first, left + second] = value
-            matrix[begin + second, left + first] = value
 
 
 @inlined
@@ -197,7 +177,8 @@ def step(shape: Shape, weight: Array) -> None:
     below, above = np.empty(m), np.empty(m)
     slacks(response, ripple * power, below, above)
     bend, spread = bends(low, high, weight, ripple)
-    gradient = _pull(rows, response, bend, spread, z)
+    lines = turned(rows)
+    gradient = _pull(lines, response, bend, spread, z)
     _lower_barrier(scalars, gradient, power, low, high, below, above)
     mu = scalars[BARRIER]
     lost = (target - ripple) * power
@@ -212,11 +193,11 @@ def step(shape: Shape, weight: Array) -> None:
         aim_high = mu / above[row] - stiff_high[row] * lost
         slope[row] = aim_high - aim_low
         aimed -= ripple * (aim_low + aim_high)
-    ahead = _pull(rows, response, slope, aimed, z)
+    ahead = _pull(lines, response, slope, aimed, z)
     right = np.empty(flat)
     copy_into(right, ahead)
     inverse = np.empty(flat)
-    matrix = _matrix(rows, response, z, bend, spread, ripple, stiff_low, stiff_high)
+    matrix = _matrix(lines, response, z, bend, spread, ripple, stiff_low, stiff_high)
     lower, scalars[SHIFT] = factor_shifted(matrix, inverse, scalars[SHIFT])
     inclination = 0.0
     solve(lower, inverse, ahead)
@@ -225,7 +206,7 @@ def step(shape: Shape, weight: Array) -> None:
         inclination += right[place] * ahead[place]
     moved = np.empty(response.shape)
     respond(rows, ahead, moved)
-    bent = _correction(rows, response, z, ahead, moved, ripple, stiff_low, stiff_high)
+    bent = _correction(lines, response, z, ahead, moved, ripple, stiff_low, stiff_high)
     solve(lower, inverse, bent)
     size = power_of(ahead) - 1.0
     aside = power_of(bent) - 1.0
@@ -249,7 +230,7 @@ def step(shape: Shape, weight: Array) -> None:
 
 @compiled
 def _correction(
-    rows: Array,
+    lines: Array,
     response: Array,
     z: Array,
     ahead: Array,
@@ -260,7 +241,7 @@ def _correction(
 ) -> Array:
     """Return the pull of the constraints' curvature along a direction."""
     widen = ripple * (power_of(ahead) - 1.0)
-    slope = zeros(rows.shape[1])
+    slope = zeros(lines.shape[0])
     spread = 0.0
     for row in range(stiff_low.size):
         lift = received(moved, row)
@@ -268,4 +249,4 @@ def _correction(
         curve_high = stiff_high[row] * (widen - lift)
         slope[row] = curve_low - curve_high
         spread += ripple * (curve_low + curve_high)
-    return _pull(rows, response, slope, spread, z)
+    return _pull(lines, response, slope, spread, z)
