@@ -152,7 +152,7 @@ def test_height_figures_share_their_trials_and_resume_to_the_same_bytes(tmp_path
 def test_the_map_is_drawn_and_written_of_every_claim_that_hangs_on_open_values(
     tmp_path, monkeypatch
 ):
-    """Under a reading of each kind: scaled power, no floor, another scheme, beams that fall back."""
+    """Under a reading of each kind: more power, no floor, another scheme, beams that fall back."""
     some = ("P_T = 2", "min_rate 0", "pilot held on a needle beam", "exact CRB")
     few = tuple(one for one in mapping.VARIATIONS if one.label in some)
     assert len(few) == len(some)

@@ -188,9 +188,7 @@ def test_compiling_says_what_it_does_where_it_is_kept_and_is_done_once(tmp_path:
         said.append((done.stderr, done.stdout))
     first, second = said
     kept = tmp_path / "cache"
-    assert (
-        f"compiling the beam solver, about {compiling.ABOUT} s; it is kept in {kept}" in first[0]
-    )
+    assert f"compiling the beam solver, about {compiling.ABOUT} s; it is kept in {kept}" in first[0]
     assert re.fullmatch(rf"beam solver: compiled in \d+ s; stored in {kept}\S+\n", first[1])
     assert "compiling" not in second[0]
     assert re.fullmatch(rf"beam solver: already compiled; stored in {kept}\S+\n", second[1])
