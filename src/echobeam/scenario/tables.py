@@ -466,5 +466,5 @@ class TraceTable(Table):
     """Time in the trace at slot 1; the trace's beginning if left out."""
     road: tuple[Length, Length, Length, Length] | None = None
     """Two points x1, y1, x2, y2 on the road's axis; fitted to all positions if left out."""
-    origin: Length | None = None
-    """Position along the road below which the UAV starts; the middle if left out."""
+    origin: Length | tuple[Length, Length] | None = None
+    """Position along the road, or point of the plane, of x = 0; the middle if left out."""
