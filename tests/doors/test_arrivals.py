@@ -96,3 +96,16 @@ def test_thirty_objects_are_served_to_the_end():
     figures = eb.summary(result)["value"]["water-filling"]
     assert figures["tracked"] > 0.95
     assert figures["false_tracks"] < 1.0
+
+
+@pytest.mark.slow
+def test_twenty_vehicles_at_an_intersection_are_tracked_without_labels():
+    """Three frames of the shipped trace: all but those that just came have tracks."""
+    scenario = eb.load_scenario("ground-traffic", {"frame.frames": 3})
+    result = eb.simulate(scenario, ["water-filling"], trials=2, seed=3, progress=False)
+    assert int(result["present"].isel(trial=0, slot=0).sum()) >= 19
+    found = eb.summary(result).xs("water-filling", level="scheme")["value"]
+    assert found["tracked"] > 0.95
+    assert found["false_tracks"] < 5.0
+    assert found["identity_switches"] <= 1.0
+    assert found["frame_gospa"] < 8.0

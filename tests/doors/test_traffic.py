@@ -1,8 +1,11 @@
 """`echobeam traffic` as a user meets it: traces of the real SUMO, read and run; bad input."""
 
 import errno
+import gzip
 import inspect
 import json
+import re
+import shlex
 import subprocess
 import sys
 import warnings
@@ -14,7 +17,7 @@ import pytest
 
 import echobeam as eb
 from echobeam.cli.main import cli
-from echobeam.traces import load_motion
+from echobeam.traces import PLANE, load_motion
 from echobeam.traces.source import read_samples
 from echobeam.traces.traffic import simulator
 
@@ -133,6 +136,61 @@ def test_trace_is_run_to_its_end_from_shell_and_python(tmp_path):
     with eb.run("traffic", schemes=["omni"], trials=1, trace=made, set={"frame.frames": 2},
                 out=tmp_path / "y.nc", quiet=True) as again:  # fmt: skip
         assert bool(again["present"].any())
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("sumo")
+def test_an_intersection_is_read_in_two_dimensions_and_run(tmp_path):
+    given = ("--kind", "intersection", "--vehicles", 24, "--length", "280 m", "--lanes", 1)
+    more = ("--speed", "14 m/s", "--duration", "10 s", "--step", "0.25 s", "--seed", 1)
+    done = echobeam("traffic", *given, *more, "--out", "t.xml.gz", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "y from -140.0 to 140.0 m" in done.stdout
+    path = tmp_path / "t.xml.gz"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        motion = load_motion(
+            path, 0.01 * np.arange(1000), uav_x=(0, 0), max_objects=24, range_m=250, road=PLANE,
+            origin=(0, 0),
+        )  # fmt: skip
+    samples = by_vehicle(path)
+    for column in np.flatnonzero(motion.present[100]):
+        name = motion.names[motion.identity[100, column]]
+        (there,) = (each for each in samples[name] if each.time == 1.0)
+        np.testing.assert_allclose(motion.position[100, column], [there.x, there.y], atol=1e-9)
+        speed = np.hypot(*motion.velocity[100, column])
+        assert speed == pytest.approx(there.speed, abs=0.6)  # 5 m/s^2 over half a step
+    turned = set()
+    for name, path_ in samples.items():
+        first, last = path_[0], path_[-1]
+        if abs(last.x) > 20 and abs(first.y) > 20 and abs(last.y) < 10 and abs(first.x) < 10:
+            turned.add(name)
+    assert turned
+    run = ("--trace", "t.xml.gz", "--trials", 1, "--scheme", "water-filling", "--quiet")
+    done = echobeam(
+        *("run", "ground-traffic", *run, "--set", "trace.start=0 s", "--set", "frame.frames=2"),
+        *("--out", "x.nc"), cwd=tmp_path,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("sumo")
+def test_the_shipped_intersection_is_what_its_command_makes(tmp_path):
+    from importlib.metadata import version
+    from importlib.resources import files
+
+    presets = files("echobeam.scenario") / "presets"
+    shipped = (presets / "ground-traffic-trace.xml.gz").read_bytes()
+    made_by = re.search(rb"SUMO (\S+):", gzip.decompress(shipped))[1].decode()
+    if version("eclipse-sumo") != made_by:
+        pytest.skip(f"the trace was made by SUMO {made_by}")
+    text = (presets / "ground-traffic.toml").read_text().replace("\n#", "")
+    command = shlex.split(re.search(r"echobeam (traffic .*?\.gz)", text)[1])
+    done = echobeam(*command, "--quiet", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    made = (tmp_path / command[-1]).read_bytes()
+    assert gzip.decompress(made) == gzip.decompress(shipped)
 
 
 @pytest.mark.slow

@@ -154,6 +154,7 @@ WORDS = {
     "objects.path": "a list of points `[t, x, y]`",
     "objects.velocity": "any number, or a list of 2",
     "objects.acceleration": "any number, or a list of 2",
+    "trace.origin": "any number, or a list of 2",
 }
 """Words for keys that accept more than one kind of value."""
 

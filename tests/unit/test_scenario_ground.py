@@ -78,6 +78,25 @@ def test_a_road_has_no_keys_of_the_ground(changes, message):
         load_scenario("paper-multi", changes)
 
 
+@pytest.mark.parametrize(
+    ("name", "changes", "message"),
+    [
+        ("ground-traffic", {"trace.road": [0, 0, 1, 0]}, "trace.road: not a key with geometry"),
+        ("ground-traffic", {"trace.origin": 3}, "trace.origin: 3 .* expected two lengths, x and y"),
+        (
+            "ground-traffic",
+            {"trace.origin": [1, 2, 3]},
+            r"trace.origin: \[1, 2, 3\] has 3 components",
+        ),
+        ("traffic", {"trace.origin": [1, 2]}, r"trace.origin: \[1.0, 2.0\] .* expected one length"),
+    ],
+)
+def test_a_trace_has_a_road_or_a_plane(name, changes, message):
+    with pytest.raises(ScenarioError, match=message) as caught:
+        load_scenario(name, changes)
+    assert "\n" not in str(caught.value)
+
+
 def test_sizes_follow_rows_and_columns():
     scenario = load_scenario("ground", {"array.rows": 4, "array.polarisations": 2})
     array = scenario.array

@@ -87,6 +87,41 @@ def test_documents_say_what_was_planned():
     ]  # fmt: skip
 
 
+CROSSING = replace(PLAN, vehicles=400, duration=400_000, length=300.0, kind="intersection")
+
+
+def test_vehicles_of_an_intersection_come_from_all_sides_and_turn_as_planned():
+    planned = entries(CROSSING)
+    assert {entry.road for entry in planned} == {0, 1, 2, 3}
+    assert all(0.0 <= entry.position <= 150.0 for entry in planned)
+    counts = [sum(entry.turn == turn for entry in planned) for turn in range(3)]
+    for count, share in zip(counts, (0.25, 0.5, 0.25), strict=True):  # four standard deviations
+        assert abs(count - 400 * share) < 4.0 * (400 * share * (1.0 - share)) ** 0.5
+
+
+def test_ways_through_an_intersection_turn_to_the_side_that_they_name():
+    nodes = ElementTree.fromstring(documents.nodes(CROSSING))
+    place = {node.get("id"): (float(node.get("x")), float(node.get("y"))) for node in nodes}
+    assert [node.get("id") for node in nodes if node.get("type")] == ["middle"]
+    ends = {
+        edge.get("id"): (place[edge.get("from")], place[edge.get("to")])
+        for edge in ElementTree.fromstring(documents.edges(CROSSING))
+    }
+    heading = {
+        name: ((b[0] - a[0]) / 150.0, (b[1] - a[1]) / 150.0) for name, (a, b) in ends.items()
+    }
+    routes = ElementTree.fromstring(documents.routes(CROSSING, entries(CROSSING)))
+    ways = {route.get("id"): route.get("edges").split() for route in routes.iter("route")}
+    assert len(ways) == 12
+    for name, (into, on) in ways.items():
+        assert ends[into][1] == ends[on][0] == (0.0, 0.0)
+        (a, b), (c, d) = heading[into], heading[on]
+        turned = {"left": 1.0, "straight": 0.0, "right": -1.0}[name.rpartition("-")[2]]
+        assert a * d - b * c == turned
+        assert a * c + b * d == 1.0 - abs(turned)
+    assert {vehicle.get("route") for vehicle in routes.iter("vehicle")} == set(ways)
+
+
 # Arguments
 
 
@@ -95,6 +130,7 @@ def wanted(out=Path("trace.xml"), **changes):
     default = {
         "vehicles": None, "length": "1 km", "speed": "20 m/s", "lanes": 2,
         "both_directions": False, "duration": "30 s", "step": "0.1 s", "seed": 0, "force": False,
+        "kind": "road",
     }  # fmt: skip
     return Wanted(out, **default | changes)
 
@@ -123,6 +159,13 @@ def test_quantities_are_read_with_units():
         ({"step": "2.5 ms"}, ["step: '2.5 ms'", "whole milliseconds"]),
         ({"step": True}, ["step", "True"]),
         ({"seed": -1}, ["seed: -1"]),
+        ({"kind": "roundabout"}, ["kind: 'roundabout'", "road, intersection"]),
+        ({"kind": "intersection", "both_directions": True}, ["both_directions: always so"]),
+        ({"kind": "intersection", "length": "20 m"}, ["length: '20 m'", "at least 22.4 m"]),
+        (
+            {"kind": "intersection", "vehicles": 1000},
+            ["vehicles: 1000 do not fit", "at an intersection of roads of 1000 m", "--duration"],
+        ),
         ({"out": Path("trace.csv")}, ["trace.csv", ".xml or .xml.gz"]),
         ({"out": Path(".xml")}, [".xml", "file name"]),
     ],

@@ -25,6 +25,13 @@ if TYPE_CHECKING:
     help="Trace to write, .xml or .xml.gz.",
 )
 @click.option(
+    "--kind",
+    type=click.Choice(["road", "intersection"]),
+    default="road",
+    show_default=True,
+    help="A straight road, or two that cross at traffic lights.",
+)
+@click.option(
     "--vehicles",
     type=int,
     metavar="N",
@@ -54,6 +61,7 @@ if TYPE_CHECKING:
 @options.as_json
 def command(
     out: Path,
+    kind: str,
     vehicles: int | None,
     length: str,
     speed: str,
@@ -66,27 +74,29 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> None:
-    r"""Make a straight road and its vehicles with SUMO, and write a trace for `run --trace`.
+    r"""Make roads and their vehicles with SUMO, and write a trace for `run --trace`.
 
-    x = 0 is the middle of the road. Drivers have speeds of their own and overtake.
+    x = 0 is the middle of the road. Drivers have speeds of their own and overtake. At an
+    intersection, in its middle, a quarter of them turns to either side.
     Needs SUMO: pip install "echobeam[sumo]".
 
     \b
     echobeam traffic --out trace.xml.gz
     echobeam traffic --vehicles 60 --length "2 km" --speed "90 km/h" --out trace.xml.gz
+    echobeam traffic --kind intersection --length "300 m" --speed "50 km/h" --out trace.xml.gz
     """
     from echobeam.commands.progress import progress_bar
     from echobeam.commands.traffic import record_traffic
     from echobeam.commands.traffic_request import Wanted
 
     wanted = Wanted(
-        out, vehicles, length, speed, lanes, both_directions, duration, step, seed, force
+        out, vehicles, length, speed, lanes, both_directions, duration, step, seed, force, kind
     )
     made = record_traffic(wanted, partial(progress_bar, quiet=quiet))
     if as_json:
         click.echo(json.dumps(document(made), indent=1, allow_nan=False))
     elif not quiet:
-        click.echo("\n".join(summary(made)))
+        click.echo("\n".join(summary(made, kind)))
 
 
 def document(made: Traffic) -> dict[str, Any]:
@@ -102,18 +112,23 @@ def document(made: Traffic) -> dict[str, Any]:
         "duration": made.duration,
         "step": made.step,
         "stretch": list(made.stretch),
+        "width": list(made.width),
     }
 
 
-def summary(made: Traffic) -> list[str]:
+def summary(made: Traffic, kind: str) -> list[str]:
     """Return a trace's numbers in words, and how it is run."""
     low, high = made.stretch
+    south, north = made.width
+    road = kind == "road"
+    across = "" if road else f", y from {south:.1f} to {north:.1f} m"
+    scenario, origin = ("traffic", "0") if road else ("ground-traffic", "'[0, 0]'")
     name = shlex.quote(str(made.path))
     return [
         f"{made.vehicles} vehicle{'s' * (made.vehicles != 1)} in {made.duration:g} s, "
         f"{made.at_once:.1f} at once on average and {made.most_at_once} at most",
         f"speeds {made.slowest:.1f} to {made.fastest:.1f} m/s, mean {made.mean_speed:.1f} m/s; "
-        f"x from {low:.1f} to {high:.1f} m",
+        f"x from {low:.1f} to {high:.1f} m{across}",
         f"trace: {made.path}",
-        f"run it: echobeam run traffic --trace {name} --set trace.origin=0",
+        f"run it: echobeam run {scenario} --trace {name} --set trace.origin={origin}",
     ]

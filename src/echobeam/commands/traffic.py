@@ -34,8 +34,8 @@ class Traffic:
         Mean, smallest and largest speed over all samples, m/s.
     duration, step
         Time of the trace and time between samples, s.
-    stretch
-        Smallest and largest position of a vehicle along the road, m; 0 is the road's middle.
+    stretch, width
+        Smallest and largest x, and y, of a vehicle, m; (0, 0) is the middle of the road or roads.
     """
 
     path: Path
@@ -48,6 +48,7 @@ class Traffic:
     duration: float
     step: float
     stretch: tuple[float, float]
+    width: tuple[float, float]
 
     def __fspath__(self) -> str:
         """Return the path of the trace."""
@@ -57,6 +58,7 @@ class Traffic:
 def traffic(
     out: str | PathLike[str],
     *,
+    kind: str = "road",
     vehicles: SupportsIndex | None = None,
     length: Quantity = 1000.0,
     speed: Quantity = 20.0,
@@ -68,25 +70,29 @@ def traffic(
     force: bool = False,
     quiet: bool = False,
 ) -> Traffic:
-    """Make a straight road and its vehicles with SUMO, and write a trace: `echobeam traffic`.
+    """Make roads and their vehicles with SUMO, and write a trace: `echobeam traffic`.
 
-    The middle of the road is x = 0. Drivers have desired speeds of their own, from 0.6 to 1.4 times
-    the mean, and overtake. The same arguments and version of SUMO give the same file, bit for bit.
+    The middle of the road is x = 0, and y = 0 where another one crosses it. Drivers have desired
+    speeds of their own, from 0.6 to 1.4 times the mean, and overtake. The same arguments and
+    version of SUMO give the same file, bit for bit.
 
     Parameters
     ----------
     out
         File of the trace, ``.xml`` or ``.xml.gz``.
+    kind
+        ``"road"``: straight along the x axis; ``"intersection"``: a second one along the y axis
+        crosses it, with traffic lights and a quarter of the vehicles turning to either side.
     vehicles
         Number of vehicles in the trace; by default 15 at once on each km of a lane.
     length
-        Length of the road, m.
+        Length of the road, of either one at an intersection, m.
     speed
         Mean desired speed, m/s.
     lanes
         Number of lanes in each direction.
     both_directions
-        Whether half of the vehicles drive the other way.
+        Whether half of the vehicles drive the other way; at an intersection they do.
     duration, step
         Time of the trace and time between its samples, s.
     seed
@@ -105,7 +111,17 @@ def traffic(
     """
     bar = partial(interactive_bar, quiet=quiet)
     wanted = Wanted(
-        Path(out), vehicles, length, speed, lanes, both_directions, duration, step, seed, force
+        Path(out),
+        vehicles,
+        length,
+        speed,
+        lanes,
+        both_directions,
+        duration,
+        step,
+        seed,
+        force,
+        kind,
     )
     return record_traffic(wanted, bar)
 
@@ -140,4 +156,5 @@ def _made(path: Path, plan: Plan, tally: Tally) -> Traffic:
         plan.duration / 1e3,
         plan.step / 1e3,
         (tally.low, tally.high),
+        (tally.south, tally.north),
     )

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import SupportsIndex
+from typing import SupportsIndex, cast, get_args
 
 from echobeam.commands.asking import Faults
 from echobeam.faults import InputError
 from echobeam.numerals import whole
 from echobeam.simulation.run import check_count
 from echobeam.store.writing import check_writable
-from echobeam.traces.traffic.plan import Plan
+from echobeam.traces.traffic.plan import Kind, Plan
 from echobeam.units import parse_quantity
 
 SUFFIXES = (".xml", ".xml.gz")
@@ -43,6 +43,7 @@ class Wanted:
     step: Quantity
     seed: SupportsIndex
     force: bool
+    kind: str = "road"
 
     def plan(self) -> Plan:
         """Return the traffic that is wanted.
@@ -53,6 +54,7 @@ class Wanted:
             With all faults in one message.
         """
         faults = Faults()
+        kind = faults.of(_kind, self.kind, self.both_directions)
         faults.of(_check_name, self.out)
         faults.of(partial(check_writable, force=self.force), self.out)
         lanes = faults.of(_count, "lanes", self.lanes, MOST_LANES)
@@ -68,8 +70,9 @@ class Wanted:
             count = faults.of(_count, "vehicles", self.vehicles, MOST_VEHICLES)
         if time is not None and step is not None:
             faults.of(_check_step, self.step, step, time)
-        if None in (lanes, length, speed, time, step, seed):
+        if None in (kind, lanes, length, speed, time, step, seed):
             faults.check()
+        assert kind
         assert lanes
         assert length
         assert speed
@@ -78,12 +81,24 @@ class Wanted:
         assert seed is not None
         plan = Plan(
             count or 1, length, speed, lanes, round(1e3 * time), round(1e3 * step), seed[1],
-            bool(self.both_directions),
+            bool(self.both_directions), kind,
         )  # fmt: skip
         faults.of(_check_length, self.length, plan)
         faults.of(_check_fit, plan)
         faults.check()
         return plan if count else plan.with_vehicles(plan.usual)
+
+
+def _kind(value: str, both_directions: bool) -> Kind:
+    """Return what kind of road is wanted."""
+    for kind in get_args(Kind):
+        if value == kind:
+            if kind == "intersection" and both_directions:
+                raise InputError("both_directions: always so at an intersection; leave it out")
+            return cast(Kind, kind)
+    raise InputError(
+        f"kind: {value!r} is not accepted; expected one of {', '.join(get_args(Kind))}"
+    )
 
 
 def _check_name(path: Path) -> None:
@@ -137,9 +152,10 @@ def _check_step(given: Quantity, step: float, duration: float) -> None:
 
 
 def _check_length(given: Quantity, plan: Plan) -> None:
-    if plan.length < plan.shortest:
+    if plan.entrance < plan.shortest:
+        least = plan.shortest * plan.length / plan.entrance
         raise InputError(
-            f"length: {given!r} is not accepted; expected at least {plan.shortest:.4g} m, on which "
+            f"length: {given!r} is not accepted; expected at least {least:.4g} m, on which "
             f"a fast vehicle has four samples at {plan.speed:g} m/s and steps of "
             f"{plan.step / 1e3:g} s"
         )
@@ -147,8 +163,11 @@ def _check_length(given: Quantity, plan: Plan) -> None:
 
 def _check_fit(plan: Plan) -> None:
     if plan.vehicles > plan.fullest:
+        road = plan.kind == "road"
         raise InputError(
-            f"vehicles: {plan.vehicles} do not fit; expected at most {plan.fullest} on a road of "
+            f"vehicles: {plan.vehicles} do not fit; expected at most {plan.fullest} "
+            f"{'on a road' if road else 'at an intersection of roads'} of "
             f"{plan.length:g} m with {plan.lanes} lanes, {plan.speed:g} m/s, "
-            f"{plan.duration / 1e3:g} s; or more --lanes, a longer --duration or --both-directions"
+            f"{plan.duration / 1e3:g} s; or more --lanes, a longer --duration"
+            f"{' or --both-directions' if road else ''}"
         )

@@ -11,7 +11,10 @@ from echobeam.values import UavState
 
 
 class FlightPath(Protocol):
-    """Motion of the UAV, known ahead."""
+    """Motion of the UAV, known ahead; equal paths are one."""
+
+    def __hash__(self) -> int:
+        """Return the hash of its numbers."""
 
     @property
     def slot_duration(self) -> float:

@@ -1,4 +1,4 @@
-"""Scenarios and the trace that come with echobeam."""
+"""Scenarios and the traces that come with echobeam."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ BUILT_IN = (
     "crossing",
     "ground",
     "traffic",
+    "ground-traffic",
 )
 """Names of the scenarios that come with echobeam."""
 

@@ -16,6 +16,7 @@ _ROAD_KEYS = {
     "objects": ("angle",),
     "filter": ("angle_std", "distance_std", "evolution"),
     "truth": ("angle_std", "distance_std"),
+    "trace": ("road",),
 }
 _GROUND_KEYS = {"uav": ("position", "velocity", "waypoints"), "objects": ("position", "path")}
 _INSTEAD = {
@@ -60,8 +61,6 @@ def check_geometry(scenario: Any) -> None:
             'radar.detections: "unlabelled" needs both direction cosines with geometry = "ground"; '
             "expected a planar array of at least two rows and columns"
         )
-    if scenario.trace is not None:
-        raise ValueError('trace: not yet with geometry = "ground"; give [[objects]] a path')
     if scenario.radar.model == "signal":
         _check_signal(scenario)
 
@@ -85,6 +84,9 @@ def _check_keys(scenario: Any) -> None:
     tables = [("uav", "uav", scenario.uav)]
     tables += [("objects", f"objects.{n}", item) for n, item in enumerate(scenario.objects)]
     tables += [("filter", "filter", scenario.filter), ("truth", "truth", scenario.truth)]
+    if scenario.trace is not None:
+        tables += [("trace", "trace", scenario.trace)]
+        _check_origin(scenario)
     for table, label, item in tables:
         for key in others.get(table, ()):
             if key in item.model_fields_set and getattr(item, key) is not None:
@@ -93,6 +95,18 @@ def _check_keys(scenario: Any) -> None:
                 raise ValueError(
                     f'{label}.{key}: not a key with geometry = "{scenario.geometry}"{hint}'
                 )
+
+
+def _check_origin(scenario: Any) -> None:
+    """Refuse a point on a road, and a length in the plane."""
+    origin, road = scenario.trace.origin, scenario.geometry == "road"
+    if origin is not None and isinstance(origin, tuple) == road:
+        wanted = "one length, along the road" if road else "two lengths, x and y"
+        given = list(origin) if road else f"{origin:g}"
+        raise ValueError(
+            f'trace.origin: {given} is not accepted with geometry = "{scenario.geometry}"; '
+            f"expected {wanted}"
+        )
 
 
 def _check_on_road(item: ObjectTable, label: str) -> None:

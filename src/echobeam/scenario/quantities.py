@@ -51,6 +51,12 @@ AnyAcceleration = Annotated[
     Field(json_schema_extra={"kind": "acceleration"}),
 ]
 """Along the road, or along x and y."""
+Place = Annotated[
+    float | tuple[float, float],
+    BeforeValidator(lambda value: _read_motion(value, "length")),
+    Field(json_schema_extra={"kind": "length"}),
+]
+"""Position along the road, or x and y."""
 
 
 def _read_facing(value: object) -> object:

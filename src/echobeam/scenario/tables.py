@@ -24,6 +24,7 @@ from echobeam.scenario.quantities import (
     Length,
     Number,
     Path,
+    Place,
     Rate,
     Ripple,
     Speed,
@@ -466,5 +467,5 @@ class TraceTable(Table):
     """Time in the trace at slot 1; the trace's beginning if left out."""
     road: tuple[Length, Length, Length, Length] | None = None
     """Two points x1, y1, x2, y2 on the road's axis; fitted to all positions if left out."""
-    origin: Length | None = None
-    """Position along the road below which the UAV starts; the middle if left out."""
+    origin: Annotated[Place | None, Field(json_schema_extra=LENGTH)] = None
+    """Position along the road, or point of the plane, of x = 0; the middle if left out."""

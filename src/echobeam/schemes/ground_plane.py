@@ -113,25 +113,23 @@ class PlaneTracker:
         self, state: GaussianState, new: BoolArray, value: Array, radar: Radar
     ) -> GaussianState:
         """Return the belief with a first state of the new objects."""
-        trials = np.flatnonzero(new.any(axis=-1))
+        which = _places(new)
         system = radar.view.system
         speed = system.filter.velocity_prior or VELOCITY_PRIOR
         made = ground_start.first_state(
-            value[trials],
-            radar.stated[trials],
-            radar.law(trials),
+            value[which][:, None],
+            radar.stated[which][:, None],
+            radar.law(which),
             radar.model,
             radar.view.uav,
             (speed, speed, system.altitude_std),
             self.first_points,
         )
-        mean, cov = state.mean.copy(), state.cov.copy()
-        chosen = np.zeros_like(new)
-        chosen[trials] = new[trials] & np.isfinite(made.mean).all(axis=-1)
-        whole = np.full_like(mean, np.nan), np.full_like(cov, np.nan)
-        whole[0][trials], whole[1][trials] = made.mean, made.cov
-        mean[chosen], cov[chosen] = whole[0][chosen], whole[1][chosen]
-        return living(mean, cov, state.known | chosen, PLANE)
+        mean, cov, known = state.mean.copy(), state.cov.copy(), state.known.copy()
+        found = np.isfinite(made.mean).all(axis=(-2, -1))
+        chosen = which[0][found], which[1][found]
+        mean[chosen], cov[chosen], known[chosen] = made.mean[found, 0], made.cov[found, 0], True
+        return living(mean, cov, known, PLANE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,28 +168,27 @@ class Radar:
         array = self.view.system.transmitter
         return 2.0 * np.pi * array.spacing * (max(array.shape) - 1)
 
-    def law(self, trials: IntArray) -> Law:
-        """Return the law of the variance at states ``(..., G, 5)`` of some trials.
+    def law(self, which: tuple[IntArray, IntArray]) -> Law:
+        """Return the law of the variance at states ``(n, 1, G, 5)`` of n objects.
 
-        Where detections state their own variance it is that one everywhere.
+        ``which`` are their trials and columns, ``(n,)`` each. Where detections state their own
+        variance it is that one everywhere.
         """
         system, sent = self.view.system, self.view.sent
-        stated = self.stated[trials, :, None, :]
+        trials, _ = which
+        stated = self.stated[which][:, None, None, :]
         if not system.law_known:
             return lambda state: np.broadcast_to(stated, (*state.shape[:-1], stated.shape[-1]))
         assert sent is not None
         part = Transmission(sent.beams[trials], sent.antenna_power[trials], sent.probing[trials])
-        strength = None if self.strength is None else self.strength[trials, :, None]
+        strength = None if self.strength is None else self.strength[which][:, None]
 
         def variance(state: Array) -> Array:
-            shape = state.shape[:-1]
-            place = self._place(state)
-            place = place.reshape(shape[0], -1, place.shape[-1])
-            snr = system.law.snr(part, place, along=True).reshape(shape)
+            place = self._place(state)[:, 0]
+            snr = system.law.snr(part, place, along=True)
             if strength is not None:
                 snr = snr * strength
-            found = system.law.variance(part, place, snr.reshape(shape[0], -1))
-            return found.reshape(*shape, -1)
+            return system.law.variance(part, place, snr)[:, None]
 
         return variance
 
@@ -227,13 +224,29 @@ def _updated(
     prior: GaussianState, tracked: BoolArray, value: Array, radar: Radar
 ) -> tuple[GaussianState, Array, Array]:
     """Return the posterior of known objects, their innovations squared, and the components."""
-    uav, model = radar.view.uav, radar.model
-    made = ground_update.update(prior, value, radar.law, model, uav, radar.aperture)
-    degrees = (np.isfinite(value) & np.isfinite(made.variance)).sum(axis=-1)
-    used = tracked & (degrees > 0)
-    mean = np.where(used[..., None], made.mean, prior.mean)
-    cov = np.where(used[..., None, None], made.cov, prior.cov)
-    return living(mean, cov, prior.known, PLANE), made.nis, np.where(used, degrees, 0)
+    uav, model, which = radar.view.uav, radar.model, _places(tracked)
+    mean, cov, known = prior.mean[which], prior.cov[which], prior.known[which]
+    alone = GaussianState(mean[:, None], cov[:, None], known[:, None])
+
+    def law(some: IntArray) -> Law:
+        return radar.law((which[0][some], which[1][some]))
+
+    seen = value[which][:, None]
+    made = ground_update.update(alone, seen, law, model, uav, radar.aperture)
+    counts = (np.isfinite(seen) & np.isfinite(made.variance)).sum(axis=-1)[:, 0]
+    mean, cov = prior.mean.copy(), prior.cov.copy()
+    nis, degrees = np.full(tracked.shape, np.nan), np.zeros(tracked.shape)
+    used = counts > 0
+    chosen = which[0][used], which[1][used]
+    mean[chosen], cov[chosen] = made.mean[used, 0], made.cov[used, 0]
+    nis[which], degrees[which] = made.nis[:, 0], counts
+    return living(mean, cov, prior.known, PLANE), nis, degrees
+
+
+def _places(mask: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return the trials and columns where a mask ``(T, K)`` is true."""
+    trials, columns = np.nonzero(mask)
+    return trials.astype(np.int64), columns.astype(np.int64)
 
 
 def _where(stays: BoolArray, state: GaussianState) -> GaussianState:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.physics.flight import Waypoints
+from echobeam.physics.flight import FlightPath, Waypoints
 from echobeam.physics.motion import move_along_road
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import ObjectTable
-from echobeam.simulation.movers import Ground, slot_at
+from echobeam.simulation.movers import Ground, Mover, slot_at, traced
 from echobeam.simulation.randomness import Use, object_normals
 from echobeam.values import NOBODY, Array, IntArray, UavState
 
@@ -80,8 +80,16 @@ class OnGround:
         return Ground(position, motion, np.where(there, number, NOBODY))
 
 
-def ground_mover(scenario: Scenario) -> OnGround:
-    """Return the mover of a scenario on the ground."""
+def ground_mover(scenario: Scenario, flight: FlightPath) -> Mover:
+    """Return the mover of a scenario on the ground; this is where a trace is read.
+
+    Raises
+    ------
+    TraceError
+        If the trace cannot be used.
+    """
+    if scenario.trace is not None:
+        return traced(scenario, flight)
     slot, objects = scenario.frame.slot, scenario.objects
     ends = [np.inf if item.leaves is None else item.leaves for item in objects]
     return OnGround(

@@ -10,13 +10,14 @@ from typing import Protocol
 import numpy as np
 
 from echobeam.physics.angles import exact_cosine
+from echobeam.physics.flight import FlightPath
 from echobeam.physics.geometry import along_road, polar_state
 from echobeam.physics.motion import Flight, initial_distance, move_along_road
 from echobeam.scenario.load import trace_path
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import TraceTable
 from echobeam.simulation.randomness import Use, object_normals
-from echobeam.traces import TraceMotion, load_motion, road_between
+from echobeam.traces import PLANE, TraceMotion, load_motion, road_between
 from echobeam.values import NOBODY, Array, IntArray, UavState
 
 LAST_SLOT = 2**62
@@ -149,11 +150,13 @@ class Traced:
         return self._ground(slot + 1)
 
     def _ground(self, slot: int) -> Ground:
-        x, velocity = self.motion.position[slot], self.motion.velocity[slot]
-        zero = np.where(np.isfinite(x), 0.0, np.nan)
+        place, velocity = self.motion.position[slot], self.motion.velocity[slot]
+        flat = np.where(self.motion.present[slot], 0.0, np.nan)[:, None]
+        if place.ndim == 1:  # along a road
+            place, velocity = (np.hstack([each[:, None], flat]) for each in (place, velocity))
         return Ground(
-            position=np.stack([x, zero, zero], axis=-1)[None],
-            velocity=np.stack([velocity, zero, zero], axis=-1)[None],
+            position=np.hstack([place, flat])[None],
+            velocity=np.hstack([velocity, flat])[None],
             identity=self.motion.identity[slot].copy(),  # of this slot alone: the rest is future
         )
 
@@ -167,7 +170,7 @@ def mover_of(scenario: Scenario, flight: Flight) -> Mover:
         If the trace cannot be used.
     """
     if scenario.trace is not None:
-        return Traced(_read_trace(scenario, flight))
+        return traced(scenario, flight)
     starts = np.array([item.along_road for item in scenario.objects], dtype=float).reshape(-1, 3)
     angle, velocity, acceleration = np.ascontiguousarray(starts.T)
     slot = scenario.frame.slot
@@ -189,26 +192,36 @@ def slot_at(times: list[float], slot: float) -> IntArray:
     return np.minimum(number, LAST_SLOT).astype(np.int64)
 
 
-def _read_trace(scenario: Scenario, flight: Flight) -> TraceMotion:
+def traced(scenario: Scenario, flight: FlightPath) -> Traced:
+    """Return the mover of a scenario with a trace; this is where the trace is read.
+
+    Raises
+    ------
+    TraceError
+        If the trace cannot be used.
+    """
     table, file = scenario.trace, trace_path(scenario)
     assert table is not None
     assert file is not None
     changed = file.stat().st_mtime_ns if file.is_file() else 0
-    return _motion(file, changed, table, flight, scenario.n_slots)
+    plane = scenario.geometry == "ground"
+    return Traced(_motion(file, changed, table, flight, scenario.n_slots, plane))
 
 
 @lru_cache(maxsize=4)
 def _motion(
-    file: Path, changed: int, table: TraceTable, flight: Flight, n_slots: int
+    file: Path, changed: int, table: TraceTable, flight: FlightPath, n_slots: int, plane: bool
 ) -> TraceMotion:
     """Return a trace's motion; scenarios of a sweep that share it read it once."""
+    road = None if table.road is None else road_between(table.road[:2], table.road[2:])
+    below = np.array([flight.at(slot).position[:2] for slot in range(n_slots)])
     return load_motion(
         file,
         flight.slot_duration * np.arange(n_slots),
-        uav_x=[flight.at(slot).position[0] for slot in range(n_slots)],
+        uav_x=below if plane else below[:, 0],
         max_objects=table.max_objects,
         range_m=table.range,
-        road=None if table.road is None else road_between(table.road[:2], table.road[2:]),
+        road=PLANE if plane else road,
         origin=table.origin,
         start=table.start,
     )

@@ -52,7 +52,8 @@ def scene_of(scenario: Scenario) -> Scene:
     """
     geometry = geometry_of(scenario)
     if scenario.geometry == "ground":
-        over_ground, moving = ground_flight(scenario), ground_mover(scenario)
+        over_ground = ground_flight(scenario)
+        moving = ground_mover(scenario, over_ground)
         _check_signal(scenario, geometry, moving, over_ground)
         return Scene(scenario, over_ground, moving, variance_law(scenario), geometry)
     along_road = flight_of(scenario)

@@ -9,11 +9,12 @@ vehicles that are served. `traffic` makes such files with a traffic simulator.
 """
 
 from echobeam.traces.load import load_motion
-from echobeam.traces.road import Road, RoadError, road_between
+from echobeam.traces.road import PLANE, Road, RoadError, road_between
 from echobeam.traces.sample import TraceError, TraceWarning
 from echobeam.traces.service import TraceMotion
 
 __all__ = [
+    "PLANE",
     "Road",
     "RoadError",
     "TraceError",

@@ -18,7 +18,7 @@ import numpy as np
 from echobeam.traces.breaks import Visit
 from echobeam.traces.road import Road
 from echobeam.traces.sample import Sample
-from echobeam.values import Array, IntArray
+from echobeam.values import Array, BoolArray, IntArray
 
 CONTEXT = 3
 """Number of samples stored before and after a selected interval."""
@@ -60,6 +60,19 @@ class RoadSamples:
     along: Array
     across: Array
     speed: Array
+
+
+def taken(samples: RoadSamples, which: BoolArray) -> RoadSamples:
+    """Return some of the samples, ``which`` is ``(n,)``."""
+    return RoadSamples(
+        names=samples.names,
+        vehicle=samples.vehicle[which],
+        visit=samples.visit[which],
+        time=samples.time[which],
+        along=samples.along[which],
+        across=samples.across[which],
+        speed=samples.speed[which],
+    )
 
 
 class _Placed(NamedTuple):

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from echobeam.traces.breaks import HARDEST
-from echobeam.traces.collect import RoadSamples
-from echobeam.traces.motion import links, medians, road_speeds
+from echobeam.traces.collect import RoadSamples, taken
+from echobeam.traces.motion import both_axes, links, medians, road_speeds
 from echobeam.values import Array
 
 _FEWEST_STEPS = 5
@@ -37,11 +37,20 @@ class Smooth(NamedTuple):
     nobody: bool
 
 
-def without_jitter(samples: RoadSamples) -> Smooth:
-    """Return the samples without those of vehicles whose positions jitter."""
+def without_jitter(samples: RoadSamples, *, plane: bool = False) -> Smooth:
+    """Return the samples without those of vehicles whose positions jitter.
+
+    Parameters
+    ----------
+    samples
+        The vehicles' samples.
+    plane
+        Whether along and across are coordinates of a plane.
+    """
     if samples.time.size == 0:
         return Smooth(samples, "", False)
-    typical = _typical_accelerations(samples)
+    axes = both_axes(samples) if plane else [samples]
+    typical = np.max([_typical_accelerations(each) for each in axes], axis=0)
     jittering = typical > HARDEST
     count = int(np.count_nonzero(jittering))
     if not count:
@@ -53,11 +62,7 @@ def without_jitter(samples: RoadSamples) -> Smooth:
         "of its steps; smooth the positions first"
     )
     kept = ~jittering[samples.vehicle]
-    left = RoadSamples(
-        samples.names, samples.vehicle[kept], samples.visit[kept], samples.time[kept],
-        samples.along[kept], samples.across[kept], samples.speed[kept],
-    )  # fmt: skip
-    return Smooth(left, note, not kept.any())
+    return Smooth(taken(samples, kept), note, not kept.any())
 
 
 def _typical_accelerations(samples: RoadSamples) -> Array:

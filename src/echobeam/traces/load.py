@@ -15,7 +15,7 @@ import numpy.typing as npt
 from echobeam.traces.breaks import unbroken, whole
 from echobeam.traces.collect import CONTEXT, OffRoad, Window, collect
 from echobeam.traces.jitter import without_jitter
-from echobeam.traces.motion import sight
+from echobeam.traces.motion import sight, sight_on_plane
 from echobeam.traces.progress import meter
 from echobeam.traces.repair import repair, spacing
 from echobeam.traces.road import Road
@@ -34,7 +34,7 @@ def load_motion(
     max_objects: int,
     range_m: float,
     road: Road | None = None,
-    origin: float | None = None,
+    origin: float | tuple[float, float] | None = None,
     start: float | None = None,
 ) -> TraceMotion:
     """Return the vehicles of a trace that a UAV serves, slot by slot.
@@ -51,16 +51,19 @@ def load_motion(
     times
         ``(slots,)`` s, increasing: times of the slots; only their differences matter.
     uav_x
-        Point below the UAV, m along the road from its origin; scalar or ``(slots,)``.
+        Point below the UAV, m along the road from its origin; scalar or ``(slots,)``. In a plane
+        two coordinates, ``(2,)`` or ``(slots, 2)``.
     max_objects
         Largest number of vehicles served at once, from 0.
     range_m
-        Largest distance along the road from the point below the UAV to a served vehicle, m.
+        Largest distance along the road, or in the plane, from the point below the UAV to a served
+        vehicle, m.
     road
-        Axis of the road; default: fitted to the vehicles' paths.
+        Axis of the road; `PLANE` for positions in two dimensions, not projected on any; default:
+        fitted to the vehicles' paths.
     origin
         Position of x = 0, m along the road's axis; default: the middle of the stretch with
-        vehicles anywhere in the trace.
+        vehicles anywhere in the trace. In a plane a point, default: the middle of their rectangle.
     start
         Time of the trace at slot 1, s; default: that of its first sample.
 
@@ -73,31 +76,33 @@ def load_motion(
         If another argument is not accepted.
     """
     file = Path(path)
-    clock, ground = _checked(times, uav_x, max_objects, range_m, origin, start)
+    plane = road is not None and road.plane
+    clock, ground = _checked(times, uav_x, max_objects, range_m, origin, start, plane)
     if os.path.exists(file) and not (os.path.isfile(file) or os.path.isdir(file)):
         raise fault(file, None, "is a pipe or device; accepted is a file that can be read twice")
     survey = survey_trace(file, read_samples(file, meter(file, 0, 2)), road)
     clock += survey.first if start is None else start
     _check_overlap(file, survey, clock)
-    zero = _middle(file, survey) if origin is None else origin
+    zero = np.asarray(_middle(file, survey) if origin is None else origin, dtype=float)
+    below = ground.reshape(clock.size, -1)[:, 0] + zero.ravel()[0]
     window = Window(
         begin=clock[0] - SHORTEST_STEP - _rounding(survey),
         end=clock[-1] + SHORTEST_STEP + _rounding(survey),
-        low=zero + ground.min() - range_m,
-        high=zero + ground.max() + range_m,
+        low=below.min() - range_m,
+        high=below.max() + range_m,
     )
     off = OffRoad()
     again = read_samples(file, meter(file, 1, 2))
     visits = unbroken(again, {}) if survey.broken else whole(again)
     samples = collect(visits, survey.road, window, off, _context(survey))
     repaired = repair(samples, survey)
-    smooth = without_jitter(repaired.samples)
+    smooth = without_jitter(repaired.samples, plane=survey.road.plane)
     if smooth.nobody:
         raise fault(file, None, smooth.note)
     left_out = [f"{smooth.note}; left out"] if smooth.note else []
     for note in (*survey.notes, *_notes(survey, off), *repaired.notes, *left_out):
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
-    sightings = sight(smooth.samples, clock)
+    sightings = (sight_on_plane if survey.road.plane else sight)(smooth.samples, clock)
     sightings = replace(sightings, position=sightings.position - zero)
     outside = np.flatnonzero((clock < survey.first) | (clock > survey.last))
     if outside.size:
@@ -113,9 +118,12 @@ def load_motion(
     return motion
 
 
-def _middle(file: Path, survey: Survey) -> float:
-    """Return the middle of the stretch of road with vehicles."""
+def _middle(file: Path, survey: Survey) -> float | tuple[float, float]:
+    """Return the middle of the stretch of road, or of the rectangle, with vehicles."""
     extent = survey.extent or extent_on(survey.road, read_samples(file))
+    if survey.road.plane:
+        assert survey.width is not None
+        return sum(extent) / 2, sum(survey.width) / 2
     return sum(extent) / 2
 
 
@@ -146,8 +154,9 @@ def _checked(
     uav_x: npt.ArrayLike,
     max_objects: int,
     range_m: float,
-    origin: float | None,
+    origin: float | tuple[float, float] | None,
     start: float | None,
+    plane: bool,
 ) -> tuple[Array, Array]:
     """Return the times of the slots relative to the first, and the points below the UAV."""
     clock = np.array(times, dtype=float)
@@ -155,7 +164,8 @@ def _checked(
         raise ValueError("times must be finite, of shape (slots,), with at least one slot")
     if (np.diff(clock) <= 0).any():
         raise ValueError("times must increase")
-    ground = np.broadcast_to(np.asarray(uav_x, dtype=float), clock.shape)
+    axes = (2,) if plane else ()
+    ground = np.broadcast_to(np.asarray(uav_x, dtype=float), (*clock.shape, *axes))
     if not np.isfinite(ground).all():
         raise ValueError("uav_x must be finite")
     if max_objects < 0 or max_objects != int(max_objects):
@@ -163,8 +173,10 @@ def _checked(
     if not 0 < range_m < float("inf"):
         raise ValueError(f"range_m must be positive and finite, not {range_m!r}")
     for name, value in (("origin", origin), ("start", start)):
-        if value is not None and not np.isfinite(value):
+        if value is not None and not np.isfinite(value).all():
             raise ValueError(f"{name} must be finite, not {value!r}")
+    if origin is not None and np.shape(origin) != axes:
+        raise ValueError(f"origin must be {'a point' if plane else 'a number'}, not {origin!r}")
     return clock - clock[0], ground
 
 

@@ -6,12 +6,13 @@ slope of the parabola through the sample and its neighbours. Both are then limit
 is monotone (de Boor and Swartz 1977): in the direction of travel, and at most three times the mean
 speed of the interval on either side. So a vehicle that stops does not roll back, and one that turns
 round does so at a sample. Speeds consistent with the positions are unchanged: motion at constant
-velocity or acceleration is reproduced exactly.
+velocity or acceleration is reproduced exactly. In a plane this is done along each axis, from the
+positions alone.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,15 +38,36 @@ class Sightings:
     slot, vehicle
         ``(n,)``: indices of the slot (from 0) and the vehicle.
     position
-        ``(n,)`` m along the road.
+        ``(n,)`` m along the road, or ``(n, 2)`` in a plane.
     velocity
-        ``(n,)`` m/s along the road, the derivative of the position.
+        ``(n,)`` m/s along the road, or ``(n, 2)``: the derivative of the position.
     """
 
     slot: IntArray
     vehicle: IntArray
     position: Array
     velocity: Array
+
+
+def both_axes(samples: RoadSamples) -> list[RoadSamples]:
+    """Return motions along the x and the y axis of a plane, each as if along a road.
+
+    Speeds are of the whole motion, so that those along an axis follow from the positions.
+    """
+    unknown, zero = np.full(samples.time.size, np.nan), np.zeros(samples.time.size)
+    places = (samples.along, samples.across)
+    return [replace(samples, along=place, across=zero, speed=unknown) for place in places]
+
+
+def sight_on_plane(samples: RoadSamples, clock: Array) -> Sightings:
+    """Return positions and velocities ``(n, 2)`` in a plane, each axis as by `sight`."""
+    x, y = (sight(each, clock) for each in both_axes(samples))
+    return Sightings(
+        slot=x.slot,
+        vehicle=x.vehicle,
+        position=np.stack([x.position, y.position], axis=-1),
+        velocity=np.stack([x.velocity, y.velocity], axis=-1),
+    )
 
 
 def sight(samples: RoadSamples, clock: Array) -> Sightings:

@@ -8,15 +8,16 @@ during which the vehicle is absent.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from echobeam.traces.breaks import HARDEST, SLACK
 from echobeam.traces.clock import evened
-from echobeam.traces.collect import RoadSamples
+from echobeam.traces.collect import RoadSamples, taken
 from echobeam.traces.motion import links, road_share
+from echobeam.traces.road import Road
 from echobeam.traces.survey import Survey
 from echobeam.values import Array, BoolArray, IntArray
 
@@ -84,7 +85,7 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
         samples = replace(samples, time=time)
     speed = np.where(_vehicles_in(survey.marked, samples), np.nan, samples.speed)
     linked = links(samples)
-    dropouts = _dropouts(samples, speed, linked)
+    dropouts = _dropouts(samples, speed, linked, _way(samples, survey.road))
     speed = np.where(dropouts, np.nan, speed)
     odd = _contradictions(samples, speed, linked, survey.speed_share)
     outliers = _outliers(samples, speed, odd)
@@ -103,7 +104,26 @@ def repair(samples: RoadSamples, survey: Survey) -> Repaired:
             samples, np.append(False, jumps), "short jump(s) contradict the speeds", "absent then"
         ),
     )
-    return Repaired(_thinned(samples, spacing(survey)), notes)
+    knots = _knots(samples, spacing(survey))
+    if knots is not None:
+        samples = taken(samples if survey.road.plane else _projected(samples), knots)
+    return Repaired(samples, notes)
+
+
+Way = Callable[[int], Array]
+"""Paths between samples and those so many later, m, ``(n - step,)``."""
+
+
+def _way(samples: RoadSamples, road: Road) -> Way:
+    """Return the lengths of paths: along the road, where a change of lane is none, or straight."""
+
+    def length(step: int) -> Array:
+        along = samples.along[step:] - samples.along[:-step]
+        if not road.plane:
+            return np.abs(along)
+        return np.hypot(along, samples.across[step:] - samples.across[:-step])
+
+    return length
 
 
 def _note(samples: RoadSamples, found: BoolArray, fault: str, consequence: str) -> Iterator[str]:
@@ -124,7 +144,7 @@ def _vehicles_in(names: frozenset[str], samples: RoadSamples) -> BoolArray:
     return found
 
 
-def _dropouts(samples: RoadSamples, speed: Array, linked: BoolArray) -> BoolArray:
+def _dropouts(samples: RoadSamples, speed: Array, linked: BoolArray, length: Way) -> BoolArray:
     """Return whether a speed of zero or less is a mark for unknown while the vehicle moves on.
 
     It is a mark if no vehicle could have stopped and started so fast, or if the speeds before and
@@ -134,7 +154,7 @@ def _dropouts(samples: RoadSamples, speed: Array, linked: BoolArray) -> BoolArra
     found = np.zeros(speed.size, dtype=bool)
     size = np.abs(speed)
     suspect = speed <= 0
-    step, way = np.diff(samples.time), np.abs(np.diff(samples.along))
+    step, way = np.diff(samples.time), length(1)
     steady = (
         _alike(size[:-1] * step, way),
         _alike(size[1:] * step, way),
@@ -146,7 +166,7 @@ def _dropouts(samples: RoadSamples, speed: Array, linked: BoolArray) -> BoolArra
 
     both = linked[:-1] & linked[1:]
     time = samples.time[2:] - samples.time[:-2]
-    net = np.abs(samples.along[2:] - samples.along[:-2])
+    net = length(2)
     off = np.abs(size[1:-1] * time - net)
     mean = (size[:-2] + size[2:]) / 2
     alike = np.minimum(size[:-2], size[2:]) > _ALIKE * mean
@@ -193,11 +213,14 @@ def _outliers(samples: RoadSamples, speed: Array, odd: BoolArray) -> BoolArray:
     return found
 
 
-def _thinned(samples: RoadSamples, width: float) -> RoadSamples:
-    """Return samples at least ``width`` seconds apart, with all ends of motions."""
+def _knots(samples: RoadSamples, width: float) -> BoolArray | None:
+    """Return which samples, at least ``width`` seconds apart, to keep, with all ends of motions.
+
+    None where that is no change.
+    """
     linked = links(samples)
     if width == 0 or not linked.any() or np.diff(samples.time)[linked].min() >= width:
-        return samples
+        return None
     run = np.append(0, np.cumsum(~linked))
     first = np.flatnonzero(np.append(True, ~linked))
     last = np.flatnonzero(np.append(~linked, True))
@@ -206,14 +229,10 @@ def _thinned(samples: RoadSamples, width: float) -> RoadSamples:
     knot &= samples.time - samples.time[first][run] >= width
     knot &= samples.time[last][run] - samples.time >= width
     knot[first] = knot[last] = True
-    # Along the road from here on: a change of lane would now take a longer step.
-    speed = samples.speed * road_share(samples, linked)
-    return RoadSamples(
-        samples.names,
-        samples.vehicle[knot],
-        samples.visit[knot],
-        samples.time[knot],
-        samples.along[knot],
-        np.zeros(np.count_nonzero(knot)),
-        speed[knot],
-    )
+    return knot
+
+
+def _projected(samples: RoadSamples) -> RoadSamples:
+    """Return samples along the road alone: a change of lane takes longer from here on."""
+    speed = samples.speed * road_share(samples, links(samples))
+    return replace(samples, across=np.zeros(samples.across.size), speed=speed)

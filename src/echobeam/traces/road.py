@@ -40,7 +40,7 @@ class Road:
     heading
         Direction of increasing distance along the road, rad, counter-clockwise from the x axis.
     half_width
-        Largest distance from the axis of a vehicle on the road, m.
+        Largest distance from the axis of a vehicle on the road, m; infinite in the `PLANE`.
     """
 
     x: float
@@ -54,6 +54,11 @@ class Road:
         if not self.half_width > 0:
             raise RoadError(f"a road's half_width must be positive, not {self.half_width!r}")
 
+    @property
+    def plane(self) -> bool:
+        """Whether it is as wide as the plane: positions in two dimensions, none projected."""
+        return math.isinf(self.half_width)
+
     def along(self, x: float, y: float) -> float:
         """Return the distance along the road, m, of a point in the trace's plane."""
         return (x - self.x) * math.cos(self.heading) + (y - self.y) * math.sin(self.heading)
@@ -65,6 +70,10 @@ class Road:
     def holds(self, x: float, y: float) -> bool:
         """Return whether a point is on the road, at any position along it."""
         return abs(self.across(x, y)) <= self.half_width
+
+
+PLANE = Road(0.0, 0.0, 0.0, math.inf)
+"""No road at all: along and across are the trace's x and y."""
 
 
 def road_between(

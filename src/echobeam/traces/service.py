@@ -21,9 +21,11 @@ class TraceMotion:
         ``(slots, columns)``: index into ``names``, -1 for an empty column. A change from one slot
         to the next means another vehicle in the column.
     position
-        ``(slots, columns)`` m along the road from its origin; NaN for an empty column.
+        ``(slots, columns)`` m along the road from its origin, or ``(slots, columns, 2)`` in a
+        plane; NaN for an empty column.
     velocity
-        ``(slots, columns)`` m/s along the road; NaN for an empty column.
+        ``(slots, columns)`` m/s along the road, or ``(slots, columns, 2)``; NaN for an empty
+        column.
     present
         ``(slots, columns)``: whether the column holds a vehicle.
     names
@@ -64,20 +66,20 @@ def serve(
     names
         Ids of the vehicles, sorted; ties are resolved in this order.
     uav_x
-        ``(slots,)`` m along the road: the point below the UAV.
+        ``(slots,)`` m along the road: the point below the UAV; ``(slots, 2)`` in a plane.
     max_objects
         Number of columns.
     range_m
-        Range of service, m along the road on either side of the point below the UAV.
+        Range of service, m along the road on either side of the point below the UAV, or around it.
     dropped
         Value for the result.
     """
     chosen = _nearest(sightings, uav_x, max_objects, range_m)
     slot, vehicle = sightings.slot[chosen], sightings.vehicle[chosen]
     column = _columns(slot, vehicle, max_objects)
-    shape = (uav_x.size, max_objects)
+    shape = (len(uav_x), max_objects)
     identity = np.full(shape, -1, dtype=np.int64)
-    position, velocity = np.full(shape, np.nan), np.full(shape, np.nan)
+    position, velocity = np.full((2, *shape, *uav_x.shape[1:]), np.nan)
     identity[slot, column] = vehicle
     position[slot, column] = sightings.position[chosen]
     velocity[slot, column] = sightings.velocity[chosen]
@@ -86,7 +88,8 @@ def serve(
 
 def _nearest(sightings: Sightings, uav_x: Array, max_objects: int, range_m: float) -> IntArray:
     """Return the indices of the served sightings, ordered by vehicle and slot."""
-    distance = np.abs(sightings.position - uav_x[sightings.slot])
+    off = sightings.position - uav_x[sightings.slot]
+    distance = np.abs(off) if off.ndim == 1 else np.hypot(off[:, 0], off[:, 1])
     near = np.flatnonzero(distance <= range_m)
     slot, vehicle = sightings.slot[near], sightings.vehicle[near]
     order = np.lexsort((vehicle, distance[near], slot))

@@ -6,7 +6,7 @@ It reads the whole file, so that a damaged one is refused even if the damage is 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,6 +35,8 @@ class Survey:
     extent
         Smallest and largest distance along the road of the vehicles on it, m; None if the samples
         must be read again, since the road was fitted and not all of them are on it.
+    width
+        The same across the road.
     vehicles
         Number of vehicles.
     dropped
@@ -60,6 +62,7 @@ class Survey:
     last: float
     road: Road
     extent: tuple[float, float] | None
+    width: tuple[float, float] | None
     vehicles: int
     dropped: int
     broken: bool
@@ -110,7 +113,8 @@ def survey_trace(path: Path, samples: Iterable[Sample], road: Road | None = None
         totals.first,
         totals.last,
         fitted,
-        _extent(totals.outline, fitted),
+        _extent(totals.outline, fitted, Road.along),
+        _extent(totals.outline, fitted, Road.across),
         len(vehicles),
         dropped,
         any(each.jumps or each.unplaced for each in found.values()),
@@ -141,10 +145,12 @@ def extent_on(road: Road, samples: Iterable[Sample]) -> tuple[float, float]:
     return low, high
 
 
-def _extent(outline: Outline, road: Road) -> tuple[float, float] | None:
+def _extent(
+    outline: Outline, road: Road, distance: Callable[[Road, float, float], float]
+) -> tuple[float, float] | None:
     if not all(road.holds(x, y) for x, y in outline.points):
         return None
-    reach = [road.along(x, y) for x, y in outline.points]
+    reach = [distance(road, x, y) for x, y in outline.points]
     return min(reach), max(reach)
 
 

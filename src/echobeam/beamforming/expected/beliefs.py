@@ -94,6 +94,26 @@ class BeliefBatch(Brief):
             warm_start=None if warm is None else warm[trials],
         )
 
+    def arranged(self, columns: IntArray) -> BeliefBatch:
+        """Return some of the objects of each trial, ``(T, J)``; floors must be the same for all."""
+
+        def some(values: Array) -> Array:
+            return values[np.arange(len(values))[:, None], columns]
+
+        warm = self.warm_start
+        return replace(
+            self,
+            angles=some(self.angles),
+            deviation=some(self.deviation),
+            loss=some(self.loss),
+            stretch=some(self.stretch),
+            active=np.take_along_axis(self.active, columns, axis=1),
+            min_rate=self.min_rate[: columns.shape[1]],
+            warm_start=None
+            if warm is None
+            else np.take_along_axis(warm, columns[..., None], axis=1),
+        )
+
     @property
     def sound(self) -> BoolArray:
         """``(T, K)``: active objects whose numbers make a problem, not those of a lost track."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -39,6 +40,10 @@ HOPELESS = 0.2
 
 SLACK = 0.1
 """Relative excess of the outage, on nodes four times as close, that is put down to the nodes."""
+
+CROWD = 8
+"""Objects by whose multiples those that are served are brought together where there is room for
+more, so that no trial depends on the others, not even in its last digits."""
 
 TOGETHER = 400_000
 """Numbers in the channels at the nodes of the trials that are designed at a time."""
@@ -85,27 +90,67 @@ def design_expected(beliefs: BeliefBatch) -> ExpectedAnswer:
     )
     for trial in np.flatnonzero(answer.fallback).tolist():
         answer.messages[trial] = "a belief is no number, or noise over gain is beyond 1e-24 to 1e24"
-    count = sizes_needed(beliefs, sound)
-    served = sound.any(axis=-1)
-    for size in map(tuple, np.unique(count[served], axis=0).tolist()):
-        which = np.flatnonzero((count == size).all(axis=-1) & served)
-        many = max(TOGETHER // (math.prod(size) * sound.shape[1] * beliefs.array.elements), 1)
-        for begin in range(0, which.size, many):
-            part = which[begin : begin + many]
-            taken = beliefs.taken(part)
-            places = places_at_nodes(taken, sound[part], size)
-            dimensions = places.dimensions
-            for width in np.unique(dimensions).tolist():
-                alike = np.flatnonzero(dimensions == width)
-                few = places.taken(alike).narrowed(width)
-                _design_alike(few, taken.taken(alike), size, part[alike], answer)
+    for trials, columns in _crowds(beliefs, sound):
+        _design_together(beliefs, sound, trials, columns, answer)
     return answer
 
 
-def _design_alike(
-    places: Places, beliefs: BeliefBatch, size: Size, trials: IntArray, answer: ExpectedAnswer
+def _crowds(beliefs: BeliefBatch, sound: BoolArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Give trials with about as many objects that are served, and the columns of these ``(T, J)``.
+
+    A tracker of unlabelled detections has room for many more than there are.
+    """
+    count, room = sound.sum(axis=-1), sound.shape[1]
+    width = np.full(count.size, room)
+    if room > CROWD and (beliefs.min_rate == beliefs.min_rate[0]).all():
+        width = np.minimum(-(-count // CROWD) * CROWD, room)
+    order = np.argsort(~sound, axis=-1, kind="stable")
+    for size in np.unique(width[count > 0]).tolist():
+        trials = np.flatnonzero((width == size) & (count > 0))
+        every = np.broadcast_to(np.arange(room), (trials.size, room))
+        yield trials, every if size == room else order[trials, :size]
+
+
+def _design_together(
+    beliefs: BeliefBatch,
+    sound: BoolArray,
+    trials: IntArray,
+    columns: IntArray,
+    answer: ExpectedAnswer,
 ) -> None:
-    """Put the beams of some trials, of one number of nodes and coordinates, into the answer."""
+    """Put the beams of some trials into the answer, of some columns ``(T, J)`` of each."""
+    whole = beliefs.taken(trials)
+    if columns.shape[1] < sound.shape[1]:
+        whole = whole.arranged(columns)
+    there = np.take_along_axis(sound[trials], columns, axis=1)
+    count = sizes_needed(whole, there)
+    for size in map(tuple, np.unique(count, axis=0).tolist()):
+        which = np.flatnonzero((count == size).all(axis=-1))
+        many = max(TOGETHER // (math.prod(size) * there.shape[1] * beliefs.array.elements), 1)
+        for begin in range(0, which.size, many):
+            part = which[begin : begin + many]
+            taken = whole.taken(part)
+            places = places_at_nodes(taken, there[part], size)
+            dimensions = places.dimensions
+            for width in np.unique(dimensions).tolist():
+                alike = np.flatnonzero(dimensions == width)
+                few, some = places.taken(alike).narrowed(width), part[alike]
+                where = trials[some], columns[some]
+                _design_alike(few, taken.taken(alike), size, where, answer)
+
+
+def _design_alike(
+    places: Places,
+    beliefs: BeliefBatch,
+    size: Size,
+    where: tuple[IntArray, IntArray],
+    answer: ExpectedAnswer,
+) -> None:
+    """Put the beams of some trials, of one number of nodes and coordinates, into the answer.
+
+    ``where`` are their indices ``(T,)``, and their objects' columns ``(T, J)``.
+    """
+    trials, columns = where
     if beliefs.least_snr > 0.0:
         aimed = cautious(places, beliefs.least_snr)
         beams = shared_out(places, _climbed(aimed, beliefs, size))
@@ -116,7 +161,8 @@ def _design_alike(
         for trial, words in missed.items():
             answer.fallback[trials[trial]] = True
             answer.messages[int(trials[trial])] = words
-    answer.beams[trials, :, : beliefs.array.elements] = places.beams(beams, beliefs.power)
+    made = places.beams(beams, beliefs.power)
+    answer.beams[trials[:, None], columns, : beliefs.array.elements] = made
     answer.expected_rate[trials] = received(places, beams).value / np.log(2.0)
 
 

@@ -17,6 +17,9 @@ from echobeam.traces.traffic import documents
 from echobeam.traces.traffic.plan import Plan, entries
 from echobeam.traces.traffic.simulator import Simulator
 
+_LANE_CHANGE = 2.0
+"""Time of a change of lane, s, where positions are taken in two dimensions."""
+
 Advance = Callable[[int, int], None]
 """Called with the simulated time and the whole one, ms."""
 
@@ -24,7 +27,7 @@ _SEED_BITS = 31
 """Size of SUMO's seeds."""
 
 _TIME = re.compile(rb'\s*<timestep time="([^"]+)"')
-_VEHICLE = re.compile(rb'\s*<vehicle id="([^"]+)" x="([^"]+)".* speed="([^"]+)"')
+_VEHICLE = re.compile(rb'\s*<vehicle id="([^"]+)" x="([^"]+)" y="([^"]+)".* speed="([^"]+)"')
 
 
 @dataclass(slots=True)
@@ -40,7 +43,9 @@ class Tally:
     most
         Largest number of vehicles at one time.
     low, high
-        Smallest and largest position along the road, m.
+        Smallest and largest x, m.
+    south, north
+        Smallest and largest y, m.
     slowest, fastest, speeds
         Smallest and largest speed, m/s, and the sum of all.
     """
@@ -51,6 +56,8 @@ class Tally:
     most: int = 0
     low: float = float("inf")
     high: float = float("-inf")
+    south: float = float("inf")
+    north: float = float("-inf")
     slowest: float = float("inf")
     fastest: float = 0.0
     speeds: float = 0.0
@@ -61,13 +68,14 @@ class Tally:
         self.steps += 1
         self._now = 0
 
-    def vehicle(self, name: bytes, x: float, speed: float) -> None:
+    def vehicle(self, name: bytes, x: float, y: float, speed: float) -> None:
         """Add a sample."""
         self.names.add(name)
         self.samples += 1
         self._now += 1
         self.most = max(self.most, self._now)
         self.low, self.high = min(self.low, x), max(self.high, x)
+        self.south, self.north = min(self.south, y), max(self.north, y)
         self.slowest, self.fastest = min(self.slowest, speed), max(self.fastest, speed)
         self.speeds += speed
 
@@ -123,7 +131,7 @@ def make_trace(plan: Plan, simulator: Simulator, path: Path, packed: bool, show:
 
 NETWORK = [
     *("--node-files", "nodes.xml", "--edge-files", "edges.xml", "--output-file", "net.xml"),
-    *("--offset.disable-normalization", "true"),  # x = 0 stays the middle of the road
+    *("--offset.disable-normalization", "true"),  # (0, 0) stays the middle
     *("--no-turnarounds", "true", "--precision", "3", "--xml-validation", "never"),
 ]
 """Arguments of `netconvert`."""
@@ -131,8 +139,11 @@ NETWORK = [
 
 def simulation(plan: Plan) -> list[str]:
     """Return the arguments of `sumo`."""
+    # at an intersection a jump to the next lane would look like a turn
+    lanes = ("--lanechange.duration", f"{_LANE_CHANGE:g}") if plan.kind == "intersection" else ()
     return [
         *("--net-file", "net.xml", "--route-files", "routes.xml"),
+        *lanes,
         *("--begin", "0", "--end", f"{(plan.duration + plan.step) / 1e3:.3f}"),
         *("--step-length", f"{plan.step / 1e3:.3f}", "--step-method.ballistic", "true"),
         *("--seed", str(Random(plan.seed).getrandbits(_SEED_BITS)), "--no-step-log", "true"),
@@ -145,7 +156,7 @@ def simulation(plan: Plan) -> list[str]:
 
 def _count(line: bytes, tally: Tally, plan: Plan, show: Advance) -> None:
     if vehicle := _VEHICLE.match(line):
-        tally.vehicle(vehicle[1], float(vehicle[2]), float(vehicle[3]))
+        tally.vehicle(vehicle[1], *(float(vehicle[place]) for place in (2, 3, 4)))
     elif time := _TIME.match(line):
         tally.time()
         show(round(1e3 * float(time[1])), plan.duration)
@@ -165,7 +176,9 @@ def _with_comment(lines: Iterable[bytes], comment: str) -> Iterator[bytes]:
 
 
 def _comment(plan: Plan, simulator: Simulator) -> str:
-    directions = ", both directions" if plan.both_directions else ""
+    both = plan.both_directions and plan.kind == "road"
+    directions = ", both directions" if both else ""
+    directions += ", intersection" if plan.kind == "intersection" else ""
     return (
         f"echobeam traffic, SUMO {simulator.release}: {plan.vehicles} vehicles, {plan.length:g} m, "
         f"{plan.speed:g} m/s, {plan.lanes} lanes{directions}, {plan.duration / 1e3:g} s, step "

@@ -1,4 +1,4 @@
-"""Plan of a road's traffic: geometry, speeds, and the place and time at which vehicles enter.
+"""Plan of traffic: geometry, speeds, and the place and time at which vehicles enter.
 
 A part of the vehicles is on the road at time 0, the others enter at its beginning over the time, in
 the ratio of a steady flow: a vehicle takes length / speed to pass, so that many seconds of the flow
@@ -11,7 +11,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 CAR = 5.0
 """Length of a vehicle, m (SUMO's default for cars)."""
@@ -39,6 +39,15 @@ _FLOWING = 0.75
 SAMPLES = 4
 """Smallest number of samples of a vehicle."""
 
+GREEN = 0.4
+"""Part of the time in which an arm of an intersection has a green light, about."""
+
+TURNS = ("right", "straight", "left")
+SHARES = (0.25, 0.5, 0.25)
+"""Ways through an intersection, and how many vehicles take each."""
+
+Kind = Literal["road", "intersection"]
+
 
 class Entry(NamedTuple):
     """Entry of a vehicle.
@@ -48,13 +57,16 @@ class Entry(NamedTuple):
     name
         Id of the vehicle.
     road
-        Index of its direction: 0 towards growing x, 1 against it.
+        Index of its direction: 0 towards growing x, 1 against it; at an intersection 2 towards
+        growing y and 3 against it.
     lane
         Lane, from the right; None for the one with most room.
     time
         Time of entry, ms.
     position
         Distance from the beginning of the road in its direction, m.
+    turn
+        Index of its way through an intersection in `TURNS`.
     """
 
     name: str
@@ -62,11 +74,15 @@ class Entry(NamedTuple):
     lane: int | None
     time: int
     position: float
+    turn: int = 1
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Traffic on a straight road from x = -length / 2 to length / 2.
+    """Traffic on a straight road from x = -length / 2 to length / 2, or on two that cross.
+
+    At an intersection both roads have the same length and cross at (0, 0), where lights let them
+    go in turns.
 
     Attributes
     ----------
@@ -83,7 +99,10 @@ class Plan:
     seed
         Seed of all randomness.
     both_directions
-        Whether half of the vehicles drive against the x axis, on lanes of their own.
+        Whether half of the vehicles drive against the x axis, on lanes of their own; at an
+        intersection they always do.
+    kind
+        ``"road"`` or ``"intersection"``.
     """
 
     vehicles: int
@@ -94,6 +113,7 @@ class Plan:
     step: int
     seed: int
     both_directions: bool = False
+    kind: Kind = "road"
 
     def with_vehicles(self, vehicles: int) -> Plan:
         """Return the plan with another number of vehicles."""
@@ -102,12 +122,19 @@ class Plan:
     @property
     def roads(self) -> int:
         """Number of directions."""
+        if self.kind == "intersection":
+            return 4
         return 2 if self.both_directions else 1
+
+    @property
+    def entrance(self) -> float:
+        """Length of the road on which vehicles are at time 0, m: up to an intersection."""
+        return self.length / 2 if self.kind == "intersection" else self.length
 
     @property
     def passage(self) -> float:
         """Time of a vehicle of the mean speed on the road, s."""
-        return self.length / self.speed
+        return self.entrance / self.speed
 
     @property
     def on_road(self) -> float:
@@ -117,14 +144,15 @@ class Plan:
     @property
     def usual(self) -> int:
         """Number of vehicles of medium traffic."""
-        at_once = _USUAL * self.length * self.lanes * self.roads
+        at_once = _USUAL * self.entrance * self.lanes * self.roads
         return max(1, min(int(_FLOWING * self.fullest), round(at_once / self.on_road)))
 
     @property
     def fullest(self) -> int:
         """Largest number of vehicles that enter without queues."""
         space = self.speed * HEADWAY + CAR + GAP
-        way = self.length + self.speed * self.duration / 1e3
+        open_for = GREEN if self.kind == "intersection" else 1.0
+        way = self.entrance + open_for * self.speed * self.duration / 1e3
         return max(self.roads, int(_FULLEST * self.lanes * self.roads * way / space))
 
     @property
@@ -143,7 +171,11 @@ def entries(plan: Plan) -> list[Entry]:
     found = [entry for road in range(plan.roads) for entry in _of_road(plan, road, draw)]
     found.sort(key=lambda entry: (entry.time, entry.road, -entry.position))
     digits = len(str(len(found) - 1))
-    return [entry._replace(name=f"car.{i:0{digits}}") for i, entry in enumerate(found)]
+    found = [entry._replace(name=f"car.{i:0{digits}}") for i, entry in enumerate(found)]
+    if plan.kind == "road":
+        return found
+    turns = draw.choices(range(len(TURNS)), SHARES, k=len(found))
+    return [entry._replace(turn=turn) for entry, turn in zip(found, turns, strict=True)]
 
 
 def _of_road(plan: Plan, road: int, draw: random.Random) -> Iterator[Entry]:
@@ -154,7 +186,7 @@ def _of_road(plan: Plan, road: int, draw: random.Random) -> Iterator[Entry]:
     first = max(1, round(count * plan.on_road))
     for lane in range(plan.lanes):
         number = first // plan.lanes + (lane < first % plan.lanes)
-        cell = (plan.length - plan.shortest) / max(1, number)
+        cell = (plan.entrance - plan.shortest) / max(1, number)
         for i in range(number):
             position = i * cell + min(CAR + GAP, cell) + draw.random() * max(0, cell - CAR - GAP)
             yield Entry("", road, lane, 0, round(position, 3))
