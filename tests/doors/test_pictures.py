@@ -50,14 +50,9 @@ def nothing_at_all():
     return without(result, *(set(result.data_vars) - nature - {"mode"}))
 
 
-def infinite_variance():
+def silent_and_blind():
     result = whole()
     result["measured_var"].values[:] = np.inf
-    return result
-
-
-def silent_beams():
-    result = whole()
     result["beam"].values[:] = 0.0
     return result
 
@@ -82,18 +77,15 @@ CASES = {
         angles=np.linspace(20, 160, 11), velocities=np.linspace(-20, 20, 11), trials=1
     ),
     "an object below the UAV": lambda: build_result(angles=(90.0,), velocities=(0.0,)),
-    "one trial": lambda: build_result(trials=1, with_bound=True),
+    "one trial and one antenna": lambda: build_result(trials=1, n_tx=1, with_bound=True),
     "one slot": lambda: build_result(("temporal", "pilot", "omni"), slots=1),
-    "one antenna": lambda: build_result(n_tx=1),
     "omni only": lambda: build_result(("omni",)),
     "genie only": lambda: build_result(("genie",)),
     "everything NaN": nothing_at_all,
     "nobody ever present": nobody,
     "no estimates": lambda: without(whole(), *ESTIMATES),
-    "no rates": lambda: without(whole(), "rate", "sinr"),
-    "beams of zeros": silent_beams,
-    "nothing measured": infinite_variance,
-    "bound all NaN": lambda: without(whole(), "bound"),
+    "neither rates nor a bound": lambda: without(whole(), "rate", "sinr", "bound"),
+    "beams of zeros and nothing measured": silent_and_blind,
     "traffic": lambda: build_result(
         ALL[:3],
         slots=400,
