@@ -34,9 +34,24 @@ def cluster():
         yield cluster
 
 
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch):
+    """Forty blocks of a short run: time enough to meet it at work."""
+    monkeypatch.setattr("echobeam.simulation.blocks.MOST_TRIALS", 10)
+
+
+@pytest.fixture
+def whole(tmp_path_factory):
+    """Give the result of the run without a cluster; made once, and not to be changed."""
+    path = tmp_path_factory.getbasetemp() / "without_a_cluster.nc"
+    if not path.exists():
+        record(recording(path))
+    return path
+
+
 def recording(out, trials=400, **changes):
     return Recording(
-        scenario=eb.load_scenario("paper-long"),
+        scenario=eb.load_scenario("paper-single"),
         schemes=("water-filling", "omni"),
         trials=trials,
         seed=1,
@@ -46,18 +61,16 @@ def recording(out, trials=400, **changes):
 
 
 @pytest.mark.slow
-def test_a_cluster_gives_the_same_as_this_process(cluster, tmp_path):
-    record(recording(tmp_path / "here.nc"))
+def test_a_cluster_gives_the_same_as_this_process(cluster, tmp_path, whole):
     seen = []
     on_cluster = Workers(dask=cluster.scheduler_address)
     record(recording(tmp_path / "there.nc", workers=on_cluster), lambda *now: seen.append(now))
-    same(tmp_path / "here.nc", tmp_path / "there.nc")
+    same(whole, tmp_path / "there.nc")
     assert seen[-1][0] == seen[-1][1]
 
 
 @pytest.mark.slow
-def test_a_worker_killed_in_mid_run_costs_nothing(cluster, tmp_path):
-    record(recording(tmp_path / "here.nc", trials=1500))
+def test_a_worker_killed_in_mid_run_costs_nothing(cluster, tmp_path, whole):
     killed = threading.Event()
 
     def kill(done, total):
@@ -69,9 +82,9 @@ def test_a_worker_killed_in_mid_run_costs_nothing(cluster, tmp_path):
             time.sleep(0.1)
 
     on_cluster = Workers(dask=cluster.scheduler_address)
-    record(recording(tmp_path / "there.nc", trials=1500, workers=on_cluster), kill)
+    record(recording(tmp_path / "there.nc", workers=on_cluster), kill)
     assert killed.is_set()
-    same(tmp_path / "here.nc", tmp_path / "there.nc")
+    same(whole, tmp_path / "there.nc")
 
 
 @pytest.mark.slow
@@ -114,7 +127,7 @@ def listening(answer=b""):
     ],
 )
 def test_what_listens_and_is_no_scheduler_is_one_message(tmp_path, monkeypatch, answer):
-    monkeypatch.setattr("echobeam.store.cluster.PATIENCE", 5.0)
+    monkeypatch.setattr("echobeam.store.cluster.PATIENCE", 3.0)
     with (
         listening(answer) as port,
         pytest.raises(ClusterError, match=r"no Dask scheduler.*8786, the dashboard's 8787"),
@@ -234,12 +247,12 @@ def servers(tmp_path):
     [
         ("scheduler", signal.SIGKILL, 15.0, "the Dask scheduler tcp://.* is lost"),
         ("scheduler", signal.SIGSTOP, 3.0, "the Dask scheduler tcp://.* is lost"),
-        ("worker", signal.SIGKILL, 10.0, "no worker is left at the Dask scheduler tcp://"),
+        ("worker", signal.SIGKILL, 5.0, "no worker is left at the Dask scheduler tcp://"),
     ],
     ids=["scheduler killed", "scheduler stopped", "last worker killed"],
 )
 def test_what_is_lost_in_mid_run_is_one_message_and_resumed(
-    tmp_path, monkeypatch, servers, lost, signal_, patience, words
+    tmp_path, monkeypatch, servers, whole, lost, signal_, patience, words
 ):
     monkeypatch.setattr("echobeam.store.cluster.ASK_AGAIN", 0.5)
     scheduler, address = servers("scheduler")
@@ -253,11 +266,10 @@ def test_what_is_lost_in_mid_run_is_one_message_and_resumed(
             {"scheduler": scheduler, "worker": worker}[lost].send_signal(signal_)
 
     with pytest.raises(RunError, match=rf"{words}.*; \d+ of \d+ blocks are stored .*--resume"):
-        record(recording(out, trials=1500, workers=Workers(dask=address)), progress)
+        record(recording(out, workers=Workers(dask=address)), progress)
     assert list(tmp_path.glob("r.nc.blocks/*.npz"))
-    record(recording(out, trials=1500, resume=True))
-    record(recording(tmp_path / "whole.nc", trials=1500))
-    same(tmp_path / "whole.nc", out)
+    record(recording(out, resume=True))
+    same(whole, out)
 
 
 def test_a_worker_with_other_libraries_refuses():
@@ -307,9 +319,9 @@ def test_a_worker_of_other_libraries_that_comes_late_costs_no_block(cluster, tmp
     with pytest.raises(
         ClusterError, match=r"numpy 1\.26.*; \d+ of \d+ blocks are stored .*--resume"
     ):
-        record(recording(out, trials=3000, workers=Workers(dask=cluster.scheduler_address)))
+        record(recording(out, workers=Workers(dask=cluster.scheduler_address)))
     monkeypatch.undo()
-    record(recording(out, trials=3000, resume=True))
+    record(recording(out, resume=True))
 
 
 def refuse_some(piece, task, wanted):

@@ -4,8 +4,10 @@ import csv
 import errno
 import json
 import os
+import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +17,9 @@ from click.testing import CliRunner
 from echobeam.cli.reproduce import command
 from echobeam.faults import InputError
 from echobeam.plots.drawing import draw
-from echobeam.reproduction import run
+from echobeam.reproduction import mapping, run
 from echobeam.reproduction.catalogue import CLAIMS as ALL
+from echobeam.reproduction.catalogue import FIGURES
 from echobeam.reproduction.figures import approximation
 
 PNG = b"\x89PNG\r\n"
@@ -127,7 +130,7 @@ def test_height_figures_share_their_trials_and_resume_to_the_same_bytes(tmp_path
     first, second = tmp_path / "first", tmp_path / "second"
     reproduce("t7-1", "t7-2", "--trials", 3, "--out", first, "--quiet")
     # interrupted: half of the blocks are there, no picture
-    reproduce("t7-1", "t7-2", "--trials", 3, "--out", second, "--quiet")
+    shutil.copytree(first, second)
     blocks = sorted((second / "blocks").glob("*.npz"))
     for path in (*second.glob("t7*"), *second.glob("claims*"), *blocks[::2]):
         path.unlink()
@@ -146,12 +149,22 @@ def test_height_figures_share_their_trials_and_resume_to_the_same_bytes(tmp_path
 
 
 @pytest.mark.slow
-def test_the_map_is_drawn_and_written_of_every_claim_that_hangs_on_open_values(tmp_path):
+def test_the_map_is_drawn_and_written_of_every_claim_that_hangs_on_open_values(
+    tmp_path, monkeypatch
+):
+    """Under a reading of each kind: more power, no floor, another scheme, beams that fall back."""
+    some = ("P_T = 2", "min_rate 0", "pilot held on a needle beam", "exact CRB")
+    few = tuple(one for one in mapping.VARIATIONS if one.label in some)
+    assert len(few) == len(some)
+    monkeypatch.setattr(mapping, "VARIATIONS", few)
+    figure = replace(FIGURES["sensitivity"], points=mapping.setups())
+    monkeypatch.setitem(FIGURES, "sensitivity", figure)
     reproduce("sensitivity", "--trials", 2, "--out", tmp_path, "--quiet")
     document = json.loads((tmp_path / "claims.json").read_text())
     rows = document["sensitivity"]
     claims = [one.id for one in ALL if one.figure in ("t1", "test2-1", "t6", "t7-1", "t7-2")]
     assert list(dict.fromkeys(row["id"] for row in rows)) == claims
+    assert {row["reading"] for row in rows} == {"default reading", *some}
     page = (tmp_path / "claims.md").read_text()
     section = page.split("## Sensitivity of the claims")[1]
     assert all(f"\n| {claim} | " in section for claim in claims)

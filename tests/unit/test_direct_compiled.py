@@ -15,6 +15,7 @@ import pytest
 
 from echobeam.beamforming.certify.certificate import FEASIBLE, violation
 from echobeam.beamforming.direct import compiling, solve_batch
+from echobeam.beamforming.direct.trials import compile_solver
 from echobeam.beamforming.problem import ProblemBatch
 from echobeam.physics.planar import PlanarArray
 
@@ -82,6 +83,7 @@ def _planar(seed: int, array: PlanarArray, count: int, **changes: Any) -> Proble
 
 BOTH = {
     **{name: batch.taken(np.arange(2)) for name, batch in CASES.items()},
+    "four objects": CASES["four objects"].taken(np.arange(1)),  # of 64 antennas: seconds for each
     "a planar array": _planar(20, PlanarArray(4, 4), 1),
     "two objects of a planar array": _planar(21, PlanarArray(3, 4), 2),
     "two polarisations": _planar(22, PlanarArray(4, 3, polarisations=2), 2),
@@ -154,23 +156,50 @@ def test_a_trial_does_not_depend_on_the_others() -> None:
     np.testing.assert_array_equal(alone.beams[0], together.beams[4])
 
 
+SMALL = """
+from echobeam.beamforming.direct import compiling, trials
+
+@compiling.compiled
+def half(x):
+    return 0.5 * x
+
+def small():
+    def run(*arguments):
+        return half(3.0)
+    run.__module__ = trials.__name__  # progress counts functions of the package
+    return compiling.compiled_once(run)
+
+trials._runner = small
+from echobeam.cli.main import main
+main()
+"""
+"""A module with the command line, in which a small function takes the place of the solver."""
+
+
 @pytest.mark.slow
 def test_compiling_says_what_it_does_where_it_is_kept_and_is_done_once(tmp_path: Path) -> None:
     """A process of its own with an empty cache, and another one with what that left."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-c", "from echobeam.cli.main import main; main()", "compile"]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    (tmp_path / "small.py").write_text(SMALL)
+    command = [sys.executable, str(tmp_path / "small.py"), "compile"]
     said = []
     for _ in range(2):
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         said.append((done.stderr, done.stdout))
     first, second = said
-    assert (
-        f"compiling the beam solver, about {compiling.ABOUT} s; it is kept in {tmp_path}"
-        in first[0]
-    )
-    assert re.fullmatch(rf"beam solver: compiled in \d+ s; stored in {tmp_path}\S+\n", first[1])
+    kept = tmp_path / "cache"
+    assert f"compiling the beam solver, about {compiling.ABOUT} s; it is kept in {kept}" in first[0]
+    assert re.fullmatch(rf"beam solver: compiled in \d+ s; stored in {kept}\S+\n", first[1])
     assert "compiling" not in second[0]
-    assert re.fullmatch(rf"beam solver: already compiled; stored in {tmp_path}\S+\n", second[1])
+    assert re.fullmatch(rf"beam solver: already compiled; stored in {kept}\S+\n", second[1])
+
+
+@pytest.mark.slow
+def test_the_solver_that_was_compiled_is_found_by_the_next_process() -> None:
+    compiling_here = compile_solver()
+    command = [sys.executable, "-c", "from echobeam.cli.main import main; main()", "compile"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout == f"beam solver: already compiled; stored in {compiling_here.folder}\n"
 
 
 def test_code_that_cannot_be_kept_is_told_of() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from scipy.optimize import check_grad, minimize
 
 import echobeam as eb
 from echobeam.beamforming.expected.ascent import ascend, step
@@ -159,16 +159,28 @@ def test_two_objects_against_a_general_optimiser_from_many_starts():
         a = given.array.steering(given.angles[0][:, None] + given.deviation[0][:, None] * nodes)
 
         def lost(x, a=a, loss=given.loss[0]):
-            w = (x[:8] + 1j * x[8:]).reshape(2, 4)
-            w = w / np.linalg.norm(w)
-            power = np.abs(np.einsum("kqn,in->kqi", a.conj(), w)) ** 2
+            """Return what is lost and its gradient."""
+            v = (x[:8] + 1j * x[8:]).reshape(2, 4)
+            norm = np.linalg.norm(v)
+            w = v / norm
+            at = np.einsum("kqn,in->kqi", a.conj(), w)
+            power = np.abs(at) ** 2
             own = np.einsum("kqk->kq", power)
-            ratio = own / (power.sum(-1) - own + loss[:, None])
-            return -float((np.log2(1.0 + ratio) @ p).sum())
+            whole = power.sum(-1) + loss[:, None]
+            foreign = (1.0 - np.eye(2))[:, None] / (whole - own)[..., None]
+            slope = (1.0 / whole[..., None] - foreign) * p[:, None] * at
+            slope = -2.0 / np.log(2.0) * np.einsum("kqi,kqn->in", slope, a)
+            slope = (slope - np.vdot(w, slope).real * w).ravel() / norm
+            value = -float((np.log2(whole / (whole - own)) @ p).sum())
+            return value, np.concatenate([slope.real, slope.imag])
 
-        best = max(-minimize(lost, draw.standard_normal(16)).fun for _ in range(20))
+        begin = draw.standard_normal((20, 16))
+        if seed < 3:
+            wrong = check_grad(lambda x: lost(x)[0], lambda x: lost(x)[1], begin[0])
+            assert wrong < 1e-5 * np.linalg.norm(lost(begin[0])[1])
+        best = max(-minimize(lost, x, jac=True).fun for x in begin)
         beams = design_expected(given).beams[0].ravel()
-        ours = -lost(np.concatenate([beams.real, beams.imag]))
+        ours = -lost(np.concatenate([beams.real, beams.imag]))[0]
         short += ours < best * (1.0 - 1e-3)
     assert short <= 2
 

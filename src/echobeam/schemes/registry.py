@@ -6,7 +6,7 @@ import difflib
 import importlib.util
 import sys
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -98,7 +98,7 @@ def find_scheme(name: str) -> Scheme:
     SchemeError
         If there is no such scheme, or its code raises.
     """
-    found, attribute = _find("scheme", name, BUILT_IN, ENTRY_POINT_GROUP, available())
+    found, attribute = _find("scheme", name, BUILT_IN, ENTRY_POINT_GROUP, available)
     if not callable(found) and not isinstance(found, Scheme):
         raise SchemeError(f"{name}: {found!r} {NO_SCHEME}")
     return as_scheme(found, attribute)
@@ -115,7 +115,8 @@ def find_part(kind: str, name: str) -> object:
     from echobeam.schemes.parts import Beamer, Frame, Tracker
 
     protocols: dict[str, type] = {"frame": Frame, "tracker": Tracker, "beamer": Beamer}
-    found, _ = _find(kind, name, PARTS[kind], f"echobeam.{kind}s", available_parts(kind))
+    known = partial(available_parts, kind)
+    found, _ = _find(kind, name, PARTS[kind], f"echobeam.{kind}s", known)
     if isinstance(found, type):
         part = found
         found = _guarded(lambda: part(), f"making {kind} {name!r} without arguments")
@@ -133,9 +134,13 @@ def _find(
     name: str,
     built_in: Mapping[str, tuple[str, str, str]],
     group: str,
-    known: Mapping[str, str],
+    available: Callable[[], Mapping[str, str]],
 ) -> tuple[object, str]:
-    """Return a thing by its name or file, and the name to use if it does not say its own."""
+    """Return a thing by its name or file, and the name to use if it does not say its own.
+
+    What is available is asked for only where nothing is found: it takes a look at every installed
+    distribution.
+    """
     if name in built_in:
         module, attribute, _ = built_in[name]
         return getattr(import_module(f"echobeam.schemes.{module}"), attribute), name
@@ -145,6 +150,7 @@ def _find(
     path, colon, attribute = name.rpartition(":")
     if colon and path.endswith(".py"):
         return _from_file(kind, Path(path), attribute, name), attribute
+    known = available()
     near = difflib.get_close_matches(name, known, n=1)
     hint = f"did you mean {near[0]!r}? " if near else ""
     if name.endswith(".py"):
