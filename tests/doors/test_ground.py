@@ -44,10 +44,55 @@ def test_pictures_are_drawn_or_refused_by_name(result):
         figures(result, ["forecast"])
 
 
-@pytest.mark.parametrize("command", [eb.describe, eb.sense])
-def test_what_is_left_out_says_so(command):
-    with pytest.raises(eb.ScenarioError, match='geometry = "ground"'):
-        command("ground")
+SMALL = {
+    "array.rows": 4,
+    "array.columns": 4,
+    "radar.subcarriers": 32,
+    "radar.symbols": 4,
+    "radar.bandwidth": "20 MHz",
+}
+"""An array and a waveform that are quick to simulate."""
+
+
+@pytest.mark.slow
+def test_the_estimators_of_both_cosines_are_checked_against_their_bounds(tmp_path):
+    """48 trials: RMSE over the bound within four standard errors, 1 / sqrt(2 * 48), of 1; 0.2 more
+    for what is left of the estimators' own loss."""
+    check = eb.sense("ground", trials=48, set=SMALL, out=tmp_path / "s.png", quiet=True)
+    assert check.directions == ("u", "v")
+    assert set(check.rmse) == set(check.bound["exact"]) == {"u", "v", "delay", "doppler"}
+    high = check.total >= 24.0
+    for quantity, estimators in check.rmse.items():
+        for name, rmse in estimators.items():
+            ratio = rmse[high] / check.bound["exact"][quantity][high]
+            assert np.all(np.abs(ratio - 1.0) < 4.0 / np.sqrt(96.0) + 0.2), (quantity, name)
+    for share in check.resolved.values():
+        assert share[-1] == 1.0
+        assert share[0] < 1.0
+    np.testing.assert_allclose(check.separation[-1], 3.0 / (4 * 0.5), rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_the_check_of_a_planar_receiver_is_printed_and_written(tmp_path):
+    given = [f"{key}={value}" for key, value in SMALL.items()]
+    settings = [part for text in given for part in ("--set", text)]
+    done = echobeam("sense", "ground", "--trials", 2, *settings, "--quiet", "--json", cwd=tmp_path)
+    found = json.loads(done.stdout)
+    assert set(found["rmse"]) == {"u", "v", "delay", "doppler"}
+    assert len(found["rmse"]["v"]["capon"]) == len(found["snr_db"])
+    done = echobeam("sense", "ground", "--trials", 2, *settings, "--out", "x.png", cwd=tmp_path)
+    assert "u capon" in done.stdout
+    assert "apart (cosine)" in done.stdout
+    line = ("--set", "array={kind='linear', n_tx=8, axis='horizontal'}")
+    more = (*line, *settings[4:], "--json", "--quiet")
+    alone = echobeam("sense", "ground", "--trials", 2, *more, cwd=tmp_path)
+    found = json.loads(alone.stdout)["rmse"]
+    assert {name: None in found[name]["glrt"] for name in "uv"} == {"u": False, "v": True}
+
+
+def test_two_polarisations_have_no_check_of_estimators():
+    with pytest.raises(eb.ScenarioError, match=r"array\.polarisations: 2 is not"):
+        eb.sense("ground", trials=2, set={"array.polarisations": 2}, quiet=True)
 
 
 @pytest.mark.slow

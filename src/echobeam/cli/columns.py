@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Callable, Sequence
+from typing import Any
+
+WIDTH = 100
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int = 0) -> list[str]:
@@ -23,3 +27,17 @@ def aligned(rows: Sequence[Sequence[str]], left: int = 0) -> list[str]:
         )
         for row in rows
     ]
+
+
+def table(columns: dict[str, Callable[[Any], str]], rows: Sequence[Any]) -> list[str]:
+    """Return a table as indented lines, the first column aligned left."""
+    cells = [list(columns), *([cell(row) for cell in columns.values()] for row in rows)]
+    return [f"  {line}" for line in aligned(cells, left=1)]
+
+
+def filled(head: str, words: str) -> str:
+    """Return wrapped text, its later lines indented by the length of the heading."""
+    indent = " " * max(len(head), 4)
+    return textwrap.fill(
+        words, WIDTH, initial_indent=head, subsequent_indent=indent, break_on_hyphens=False
+    )

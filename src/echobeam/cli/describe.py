@@ -5,24 +5,25 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import textwrap
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from echobeam.cli import describe_ground as on_ground
 from echobeam.cli import options
-from echobeam.cli.columns import aligned
+from echobeam.cli.columns import filled, table
+from echobeam.cli.numbers import dbm, decibels, degrees, duration, scaled, watts
 
 if TYPE_CHECKING:
     from echobeam.scenario.model import Scenario
     from echobeam.scenario.tables import RadarTable
-    from echobeam.simulation.assumptions import Assumption
+    from echobeam.simulation.assumption import Assumption
     from echobeam.simulation.description import Description
+    from echobeam.simulation.ground_budget import GroundBudget
     from echobeam.simulation.link_budget import EchoBudget, ObjectBudget, PowerScale
 
-WIDTH = 100
 MOST_OBJECTS = 20
 """Largest number of rows (objects) in a table; JSON has all objects."""
 
@@ -72,61 +73,79 @@ def _text(description: Description) -> str:
     lines = [f"{scenario.name}: {scenario.description}".removesuffix(": "), "", *_setting(scenario)]
     lines += ["", "powers", *_powers(description.scale, scenario)]
     if shown:
-        place = f"slot {description.slot}"
-        lines += ["", f"downlink in {place}, dB and bit/s/Hz", *_downlink(shown)]
+        place, ground = f"slot {description.slot}", scenario.geometry == "ground"
+        link, told = (on_ground.DOWNLINK, on_ground.DEVIATIONS) if ground else (LINK, DEVIATIONS)
+        lines += ["", f"downlink in {place}, dB and bit/s/Hz", *table(link, shown)]
         lines += ["", f"echo in {place}, dB", *_echoes(shown, scenario)]
-        lines += ["", f"standard deviations of a measurement in {place}", *_deviations(shown)]
-        if len(objects) > len(shown):
-            lines.append(f"  and {len(objects) - len(shown)} more objects, see --json")
+        lines += ["", f"standard deviations of a measurement in {place}"]
+        lines += table(told, _phases(shown))
     else:
         lines += ["", "no object in the scene: the UAV senses only"]
+    if len(objects) > len(shown):
+        lines.append(f"  and {len(objects) - len(shown)} more objects, see --json")
     found = description.assumptions
-    lines += ["", *(_filled("WARNING ", f"{a.name}: {a.statement}") for a in description.warnings)]
-    lines += [_filled("holds    ", ", ".join(map(_held, (a for a in found if a.holds))))]
-    lines += [_filled("taken    ", "; ".join(a.statement for a in found if a.holds is None))]
+    lines += ["", *(filled("WARNING ", f"{a.name}: {a.statement}") for a in description.warnings)]
+    lines += [filled("holds    ", ", ".join(map(_held, (a for a in found if a.holds))))]
+    lines += [filled("taken    ", "; ".join(a.statement for a in found if a.holds is None))]
     return "\n".join(lines)
 
 
 def _setting(scenario: Scenario) -> list[str]:
-    array, radar, uav = scenario.array, scenario.radar, scenario.uav
-    frame, believed, cover = scenario.frame, scenario.filter, scenario.coverage
-    follows = "sine" if array.axis == "vertical" else "cosine"
-    prior = (
-        f"velocity prior {believed.velocity_prior:g} m/s"
-        if believed.velocity_prior
-        else "no velocity prior"
-    )
+    radar, frame = scenario.radar, scenario.frame
+    own = on_ground.setting(scenario) if scenario.geometry == "ground" else _on_road(scenario)
     moved = (
         f"of the trace {Path(scenario.trace.file).name}"
         if scenario.trace
         else f"{scenario.n_objects}"
     )
     rows = {
-        "array": f"{array.n_tx} antennas send, {array.receivers} receive, {array.spacing:g} "
-        f"wavelengths apart, {array.axis} (phase by the {follows} of the angle), "
-        f"{scenario.radio.carrier / 1e9:g} GHz",
-        "UAV": f"{uav.height:g} m high, {uav.speed:g} m/s at {_degrees(uav.heading)} degrees above "
-        "the horizontal",
+        "array": own["array"],
+        "UAV": own["UAV"],
         "objects": moved,
-        "frame": f"{frame.slots_per_frame} slots of {_time(frame.slot)}, {frame.frames} of these "
-        f"frames ({_time(scenario.n_slots * frame.slot)}); slot 1 of a frame is omnidirectional "
-        "or a pilot, the others have beams",
-        "radar": f"bandwidth {_scaled(radar.bandwidth, 'Hz')}, pulse {_time(radar.pulse_length)}, "
-        f"integration {_gain(radar)}, {radar.crb} bound, variance "
+        "frame": f"{frame.slots_per_frame} slots of {duration(frame.slot)}, {frame.frames} of "
+        f"these frames ({duration(scenario.n_slots * frame.slot)}); slot 1 of a frame is "
+        "omnidirectional or a pilot, the others have beams",
+        "radar": f"bandwidth {scaled(radar.bandwidth, 'Hz')}, pulse {duration(radar.pulse_length)}"
+        f", integration {_gain(radar)}, {radar.crb} bound, variance "
         + (radar.variance if radar.model == "crb" else "stated by the receiver"),
         "echo": _model(scenario),
         **_target(scenario),
-        "filter": f"{believed.evolution} evolution, process noise per slot "
-        f"{_degrees(believed.angle_std)} degrees, {believed.distance_std:g} m, "
-        f"{believed.velocity_std:g} m/s; {prior}",
-        "coverage": f"{cover.width:g} standard deviations of the angle ({cover.spread}), at most "
-        f"{_degrees(cover.max_halfwidth)} degrees; ripple {scenario.ripple:g}, grid "
-        f"{_degrees(cover.resolution)} degrees, rate floor {cover.min_rate:g} bit/s/Hz",
+        "filter": own["filter"],
+        "coverage": own["coverage"],
         "schemes": ", ".join(_scheme(name, scenario) for name in scenario.schemes),
     }
     if scenario.unlabelled:
         rows |= _unlabelled(scenario)
-    return [_filled(f"{name:9}", words) for name, words in rows.items()]
+    return [filled(f"{name:9}", words) for name, words in rows.items()]
+
+
+def _on_road(scenario: Scenario) -> dict[str, str]:
+    """Return what is said of array, UAV, filter and coverage in the road's vertical plane."""
+    array, uav, believed, cover = (
+        scenario.array,
+        scenario.uav,
+        scenario.filter,
+        scenario.coverage,
+    )
+    follows = "sine" if array.axis == "vertical" else "cosine"
+    prior = (
+        f"velocity prior {believed.velocity_prior:g} m/s"
+        if believed.velocity_prior
+        else "no velocity prior"
+    )
+    return {
+        "array": f"{array.n_tx} antennas send, {array.receivers} receive, {array.spacing:g} "
+        f"wavelengths apart, {array.axis} (phase by the {follows} of the angle), "
+        f"{scenario.radio.carrier / 1e9:g} GHz",
+        "UAV": f"{uav.height:g} m high, {uav.speed:g} m/s at {degrees(uav.heading)} degrees above "
+        "the horizontal",
+        "filter": f"{believed.evolution} evolution, process noise per slot "
+        f"{degrees(believed.angle_std)} degrees, {believed.distance_std:g} m, "
+        f"{believed.velocity_std:g} m/s; {prior}",
+        "coverage": f"{cover.width:g} standard deviations of the angle ({cover.spread}), at most "
+        f"{degrees(cover.max_halfwidth)} degrees; ripple {scenario.ripple:g}, grid "
+        f"{degrees(cover.resolution)} degrees, rate floor {cover.min_rate:g} bit/s/Hz",
+    }
 
 
 def _unlabelled(scenario: Scenario) -> dict[str, str]:
@@ -147,8 +166,9 @@ def _unlabelled(scenario: Scenario) -> dict[str, str]:
 def _gain(radar: RadarTable) -> str:
     """Return the gain of coherent integration and what it is."""
     if radar.integration == "gain":
-        return f"{_db(radar.integrated)} dB (G_m)"
-    return f"{_db(radar.integrated)} dB (all {radar.subcarriers * radar.symbols} resource elements)"
+        return f"{decibels(radar.integrated)} dB (G_m)"
+    elements = radar.subcarriers * radar.symbols
+    return f"{decibels(radar.integrated)} dB (all {elements} resource elements)"
 
 
 def _target(scenario: Scenario) -> dict[str, str]:
@@ -203,83 +223,77 @@ def _scheme(name: str, scenario: Scenario) -> str:
 
 
 def _powers(scale: PowerScale, scenario: Scenario) -> list[str]:
-    figure, bandwidth = _db(scale.noise_figure), _scaled(scale.bandwidth, "Hz")
+    figure, bandwidth = decibels(scale.noise_figure), scaled(scale.bandwidth, "Hz")
     said = [
         f"P_T = {scale.power:g} (radio.power, linear): sent by one antenna it gives an SNR of "
-        f"{_db(scale.snr_at_1m)} dB at 1 m, P_T alpha0^2 / sigma_C^2",
+        f"{decibels(scale.snr_at_1m)} dB at 1 m, P_T alpha0^2 / sigma_C^2",
         f"in free space at {scenario.radio.carrier / 1e9:g} GHz, with thermal noise of {bandwidth}"
         f" at {scale.temperature:g} K and a noise figure of {figure} dB "
-        f"({_dbm(scale.noise_power)}), this is a transmit power of {_watts(scale.transmit_power)};"
+        f"({dbm(scale.noise_power)}), this is a transmit power of {watts(scale.transmit_power)};"
         f" 1 W (30 dBm) is radio.power = {scale.watt:.4g}",
         f"the echo has the power of a target of {scale.cross_section:.3g} m^2 "
-        f"({_db(scale.cross_section)} dBsm); with integration over a whole slot, "
-        f"{_db(scale.full_integration)} dB instead of the {_gain(scenario.radar)}, a "
-        f"target of {scale.full_cross_section:.3g} m^2 ({_db(scale.full_cross_section)} dBsm) "
+        f"({decibels(scale.cross_section)} dBsm); with integration over a whole slot, "
+        f"{decibels(scale.full_integration)} dB instead of the {_gain(scenario.radar)}, a "
+        f"target of {scale.full_cross_section:.3g} m^2 ({decibels(scale.full_cross_section)} dBsm) "
         "gives the same SNR",
     ]
-    return [_filled("  ", words) for words in said]
+    return [filled("  ", words) for words in said]
 
 
-def _downlink(objects: Sequence[ObjectBudget]) -> list[str]:
-    columns: dict[str, Callable[[ObjectBudget], str]] = {
-        "object": lambda one: one.name,
-        "angle deg": lambda one: _degrees(one.angle),
-        "distance m": lambda one: f"{one.distance:.1f}",
-        "one antenna": lambda one: _db(one.snr),
-        "omni SINR": lambda one: _db(one.omni_sinr),
-        "omni rate": lambda one: f"{one.omni_rate:.3g}",
-        "beam SNR": lambda one: _db(one.beam_snr),
-        "beam rate": lambda one: f"{one.beam_rate:.3g}",
-        "beam width deg": lambda one: _degrees(one.beam_width),
-    }
-    return _table(columns, objects)
+LINK: dict[str, Callable[[ObjectBudget], str]] = {
+    "object": lambda one: one.name,
+    "angle deg": lambda one: degrees(one.angle),
+    "distance m": lambda one: f"{one.distance:.1f}",
+    "one antenna": lambda one: decibels(one.snr),
+    "omni SINR": lambda one: decibels(one.omni_sinr),
+    "omni rate": lambda one: f"{one.omni_rate:.3g}",
+    "beam SNR": lambda one: decibels(one.beam_snr),
+    "beam rate": lambda one: f"{one.beam_rate:.3g}",
+    "beam width deg": lambda one: degrees(one.beam_width),
+}
+"""Columns of the downlink."""
+
+DEVIATIONS: dict[str, Callable[[tuple[ObjectBudget, str, EchoBudget]], str]] = {
+    "object": lambda row: row[0].name,
+    "sent": lambda row: row[1],
+    "angle deg": lambda row: degrees(row[2].angle_std),
+    "distance m": lambda row: f"{row[2].distance_std:.3g}",
+    "closing speed m/s": lambda row: f"{row[2].speed_std:.3g}",
+    "along the road m/s": lambda row: f"{row[2].velocity_std:.3g}",
+}
+"""Columns of the accuracies."""
 
 
-def _echoes(objects: Sequence[ObjectBudget], scenario: Scenario) -> list[str]:
+def _echoes(
+    objects: Sequence[ObjectBudget] | Sequence[GroundBudget], scenario: Scenario
+) -> list[str]:
     from echobeam.physics.targets import TARGETS
 
-    columns: dict[str, Callable[[tuple[ObjectBudget, str, EchoBudget]], str]] = {
+    columns: dict[str, Callable[[Any], str]] = {
         "object": lambda row: row[0].name,
         "sent": lambda row: row[1],
-        "one antenna": lambda row: _db(row[2].raw_snr),
-        "matched filter": lambda row: _db(row[2].snr),
-        "receive array": lambda row: _db(row[2].array_snr),
+        "one antenna": lambda row: decibels(row[2].raw_snr),
+        "matched filter": lambda row: decibels(row[2].snr),
+        "receive array": lambda row: decibels(row[2].array_snr),
     }
     if scenario.radar.crb == "paper":
-        columns["as (20) counts it"] = lambda row: _db(row[2].counted_snr)
+        columns["as (20) counts it"] = lambda row: decibels(row[2].counted_snr)
     target = TARGETS.get(scenario.radar.target)
     if target is not None:
         mean = 10.0 ** (0.1 * target.mean)
-        columns["cross-section dBsm"] = lambda row: _db(mean * row[0].cross_section)
+        columns["cross-section dBsm"] = lambda row: decibels(mean * row[0].cross_section)
     if scenario.unlabelled:
         columns["detected %"] = lambda row: f"{100.0 * row[2].detection:.3g}"
-    return _table(columns, _phases(objects))
+    return table(columns, _phases(objects))
 
 
-def _deviations(objects: Sequence[ObjectBudget]) -> list[str]:
-    columns: dict[str, Callable[[tuple[ObjectBudget, str, EchoBudget]], str]] = {
-        "object": lambda row: row[0].name,
-        "sent": lambda row: row[1],
-        "angle deg": lambda row: _degrees(row[2].angle_std),
-        "distance m": lambda row: f"{row[2].distance_std:.3g}",
-        "closing speed m/s": lambda row: f"{row[2].speed_std:.3g}",
-        "along the road m/s": lambda row: f"{row[2].velocity_std:.3g}",
-    }
-    return _table(columns, _phases(objects))
-
-
-def _phases(objects: Sequence[ObjectBudget]) -> list[tuple[ObjectBudget, str, EchoBudget]]:
+def _phases(objects: Sequence[Any]) -> list[tuple[Any, str, Any]]:
+    """Return every object with both of its transmissions and their echoes."""
     return [
         (one, sent, echo)
         for one in objects
         for sent, echo in (("omni", one.omni_echo), ("beam", one.beam_echo))
     ]
-
-
-def _table(columns: dict[str, Callable[[Any], str]], rows: Sequence[Any]) -> list[str]:
-    """Return a table as indented lines, the first column aligned left."""
-    cells = [list(columns), *([cell(row) for cell in columns.values()] for row in rows)]
-    return [f"  {line}" for line in aligned(cells, left=1)]
 
 
 def _held(one: Assumption) -> str:
@@ -294,44 +308,8 @@ def _quantity(value: float, unit: str) -> str:
         case "1":
             return f"{value:.3g}"
         case "rad":
-            return f"{_degrees(value)} deg"
+            return f"{degrees(value)} deg"
         case "Hz" | "s":
-            return _scaled(value, unit)
+            return scaled(value, unit)
         case _:
             return f"{value:.3g} {unit}"
-
-
-def _filled(head: str, words: str) -> str:
-    """Return wrapped text, its later lines indented by the length of the heading."""
-    indent = " " * max(len(head), 4)
-    return textwrap.fill(
-        words, WIDTH, initial_indent=head, subsequent_indent=indent, break_on_hyphens=False
-    )
-
-
-def _db(ratio: float) -> str:
-    return f"{10.0 * math.log10(ratio):.1f}" if ratio > 0.0 else "-inf"
-
-
-def _dbm(watts: float) -> str:
-    return f"{_db(1e3 * watts)} dBm"
-
-
-def _watts(watts: float) -> str:
-    return f"{_scaled(watts, 'W')} ({_dbm(watts)})"
-
-
-def _time(seconds: float) -> str:
-    return _scaled(seconds, "s")
-
-
-def _degrees(angle: float) -> str:
-    return f"{math.degrees(angle):.3g}"
-
-
-def _scaled(value: float, unit: str) -> str:
-    """Return a number to four digits with its unit and an SI prefix."""
-    for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "u")):
-        if value >= factor * (1.0 - 1e-12):
-            return f"{value / factor:.4g} {prefix}{unit}"
-    return f"{value / 1e-9:.4g} n{unit}"

@@ -112,9 +112,11 @@ def table(check: SensingCheck) -> list[str]:
          f"{100.0 * check.detected[i]:.0f} %", *(_cell(one[i], ".3g") for one in ratios.values())]
         for i in range(check.total.size)
     ]  # fmt: skip
-    apart = [["separation deg", *check.resolved]]
+    on_road = check.directions == ("angle",)
+    scale, digits = (180.0 / np.pi, 2) if on_road else (1.0, 3)
+    apart = [["separation deg" if on_road else "apart (cosine)", *check.resolved]]
     apart += [
-        [f"{np.degrees(check.separation[i]):.2f}",
+        [f"{scale * check.separation[i]:.{digits}f}",
          *(_cell(100.0 * one[i], ".0f", " %") for one in check.resolved.values())]
         for i in range(check.separation.size)
     ]  # fmt: skip

@@ -235,7 +235,7 @@ class LinearArray:
             ``(...)`` rad, 2 pi where the lobe has no end, as for a single element.
         """
         u = np.abs(self.frequency(theta))  # both directions of the axis are alike
-        reach = _half_power_phase(self.n) / (2.0 * np.pi * self.spacing)
+        reach = half_power_phase(self.n) / (2.0 * np.pi * self.spacing)
         low = np.arcsin(np.maximum(u - reach, -1.0))
         folded = u + reach >= 1.0
         width: Array = np.where(folded, np.pi - low, np.arcsin(np.minimum(u + reach, 1.0))) - low
@@ -254,7 +254,7 @@ def _powers(phase: Array, count: int) -> ComplexArray:
     return np.cumprod(turns, axis=-1, out=turns)
 
 
-def _half_power_phase(n: int) -> float:
+def half_power_phase(n: int) -> float:
     """Return the difference in phase step, rad, at which ``n`` elements lose half their power."""
     if n == 1:
         return math.inf

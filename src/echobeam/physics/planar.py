@@ -8,7 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from echobeam.numerals import whole
-from echobeam.physics.array import ArrayError, LinearArray, count_faults, spacing_faults
+from echobeam.physics.array import (
+    ArrayError,
+    LinearArray,
+    count_faults,
+    half_power_phase,
+    spacing_faults,
+)
 from echobeam.values import Array, BoolArray, ComplexArray
 
 
@@ -108,6 +114,13 @@ class PlanarArray:
         """Return the Fraunhofer distance 2 D^2 / lambda, m, D the diagonal of the array."""
         sides = ((count - 1) * self.spacing for count in self.shape)
         return 2.0 * sum(side * side for side in sides) * wavelength
+
+    @property
+    def half_power_widths(self) -> tuple[float, float]:
+        """Widths of a matched beam between its half-power points along u and v, 2 at most."""
+        step = np.pi * self.spacing
+        u, v = (min(half_power_phase(count) / step, 2.0) for count in self.shape)
+        return u, v
 
     def pattern(self, beams: ComplexArray, direction: npt.ArrayLike) -> Array:
         """Return the power of beams in many directions, sum over polarisations of |a^H w|^2.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -13,10 +13,14 @@ from echobeam.physics.measurement import closing_speed
 from echobeam.physics.targets import TARGETS
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import RadarTable
+from echobeam.simulation import ground_assumptions as on_ground
+from echobeam.simulation.assumption import SQUINT, Assumption, Extremes
 from echobeam.simulation.grid import waveform_of
+from echobeam.simulation.ground_budget import GroundBudget
 from echobeam.simulation.link_budget import ObjectBudget, PowerScale, far_field
 from echobeam.simulation.world import World
 from echobeam.units import SPEED_OF_LIGHT
+from echobeam.values import Array
 
 MOST_SLOTS = 10_000
 """Largest number of slots of a run whose motion is checked, from the first slot."""
@@ -31,77 +35,36 @@ is 1.01 to 1.04 above 15 dB, and several times the bound below 13 dB, where outl
 ROAD_SPEED = 30.0
 """Speed of road traffic, m/s: a standard deviation above it leaves the velocity unknown."""
 
-SQUINT = 0.1
-"""Largest product of bandwidth and transit time over the array of a narrow-band model, 1."""
-
-
-@dataclass(frozen=True, slots=True)
-class Assumption:
-    """Assumption of the model, and whether it holds in a scenario.
-
-    Attributes
-    ----------
-    name
-        Name in a few words.
-    statement
-        Sentence with the numbers.
-    holds
-        Whether it holds; None if the scenario does not determine it.
-    value, limit
-        Number and its bound, both in `unit`; NaN if there are none.
-    unit
-        SI unit.
-    """
-
-    name: str
-    statement: str
-    holds: bool | None = None
-    value: float = math.nan
-    limit: float = math.nan
-    unit: str = "1"
-
-
-@dataclass(frozen=True, slots=True)
-class Extremes:
-    """Extremes of a run's motion, without process noise; NaN if no object is in the scene.
-
-    Attributes
-    ----------
-    slots
-        Number of slots checked.
-    nearest
-        Smallest distance of an object, m.
-    closing
-        Largest radial speed, m/s.
-    turning
-        Largest rate of an object's angle, rad/s.
-    """
-
-    slots: int
-    nearest: float
-    closing: float
-    turning: float
-
 
 def extremes(world: World) -> Extremes:
     """Return the extremes of the motion from the world's current slot on."""
     count = min(world.scene.scenario.n_slots, MOST_SLOTS)
     nearest = closing = turning = math.nan
+    on_road = world.scene.geometry.axes == 1
     for slot in range(count):
-        theta, d, v = np.moveaxis(world.state, -1, 0)
-        uav = world.uav
-        radial = np.abs(closing_speed(theta, v, uav.speed, uav.heading))
-        lateral = np.cos(theta) * uav.velocity[2] - np.sin(theta) * (v - uav.velocity[0])
+        d, radial, lateral = _motion(world) if on_road else on_ground.motion(world)
         nearest = float(np.fmin.reduce(d, axis=None, initial=nearest))
-        closing = float(np.fmax.reduce(radial, axis=None, initial=closing))
+        closing = float(np.fmax.reduce(np.abs(radial), axis=None, initial=closing))
         turning = float(np.fmax.reduce(np.abs(lateral) / d, axis=None, initial=turning))
         if slot + 1 < count:
             world = world.advance()
     return Extremes(count, nearest, closing, turning)
 
 
+def _motion(world: World) -> tuple[Array, Array, Array]:
+    """Return distances, closing speeds and speeds across the line of sight, m and m/s."""
+    theta, d, v = np.moveaxis(world.state, -1, 0)
+    uav = world.uav
+    radial = closing_speed(theta, v, uav.speed, uav.heading)
+    lateral = np.cos(theta) * uav.velocity[2] - np.sin(theta) * (v - uav.velocity[0])
+    return d, radial, lateral
+
+
 def assumptions(
-    scenario: Scenario, objects: Sequence[ObjectBudget], scale: PowerScale, motion: Extremes
+    scenario: Scenario,
+    objects: Sequence[ObjectBudget] | Sequence[GroundBudget],
+    scale: PowerScale,
+    motion: Extremes,
 ) -> tuple[Assumption, ...]:
     """Return the assumptions of the model for a scenario.
 
@@ -114,6 +77,26 @@ def assumptions(
     motion
         Extremes of the run's motion.
     """
+    if scenario.geometry == "ground":
+        return tuple(_on_ground(scenario, cast("Sequence[GroundBudget]", objects), scale, motion))
+    return tuple(_on_road(scenario, cast("Sequence[ObjectBudget]", objects), scale, motion))
+
+
+def _on_ground(
+    scenario: Scenario, objects: Sequence[GroundBudget], scale: PowerScale, motion: Extremes
+) -> list[Assumption]:
+    found = [*_taken(scenario, scale), _pulse(scenario), _gain(scenario)]
+    if math.isfinite(motion.nearest):
+        moving = (_far_field, _range_migration, _doppler, _turning_phase)
+        found += [check(scenario, motion) for check in moving]
+    if objects:
+        found.append(_threshold(scenario, objects))
+    return found + on_ground.assumptions(scenario, objects, motion)
+
+
+def _on_road(
+    scenario: Scenario, objects: Sequence[ObjectBudget], scale: PowerScale, motion: Extremes
+) -> list[Assumption]:
     moving = (_far_field, _range_migration, _angle_migration, _doppler, _turning_phase)
     seen = (_threshold, _velocity, _grid, _widest, _separated, _blind)
     found = [
@@ -127,11 +110,13 @@ def assumptions(
         found += [check(scenario, motion) for check in moving]
     if objects:
         found += [check(scenario, objects) for check in seen]
-    return tuple(found)
+    return found
 
 
 def _side(scenario: Scenario) -> list[Assumption]:
     """Return what a vertical array is told, because it cannot measure it."""
+    if scenario.geometry == "ground":
+        return on_ground.sides(scenario)
     if scenario.array.axis != "vertical":
         return []
     words = "a vertical array cannot tell theta from 180 degrees minus theta; "
@@ -336,7 +321,9 @@ def _largest_doppler(scenario: Scenario, motion: Extremes) -> float:
     return 2.0 * motion.closing * scenario.radio.carrier / SPEED_OF_LIGHT
 
 
-def _threshold(scenario: Scenario, objects: Sequence[ObjectBudget]) -> Assumption:
+def _threshold(
+    scenario: Scenario, objects: Sequence[ObjectBudget] | Sequence[GroundBudget]
+) -> Assumption:
     omni = min(one.omni_echo.array_snr for one in objects)
     beam = min(one.beam_echo.array_snr for one in objects)
     return Assumption(

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.load import load_scenario
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import configure_all
-from echobeam.simulation.assumptions import MOST_SLOTS, Assumption, assumptions, extremes
-from echobeam.simulation.link_budget import ObjectBudget, PowerScale, object_budgets, power_scale
+from echobeam.simulation.assumption import Assumption
+from echobeam.simulation.assumptions import MOST_SLOTS, assumptions, extremes
+from echobeam.simulation.ground_budget import ground_budgets
+from echobeam.simulation.link_budget import PowerScale, object_budgets, power_scale
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import World, begin
 
@@ -28,7 +30,8 @@ class Description:
     slot
         Slot of the budgets, counted from 1: the first with an object in the scene.
     objects
-        Budgets of the objects present in that slot.
+        Budgets of the objects present in that slot: `ObjectBudget` above a road, `GroundBudget`
+        with ``geometry = "ground"``.
     scale
         Watts and square metres that correspond to the scenario's powers.
     assumptions
@@ -37,7 +40,7 @@ class Description:
 
     scenario: Scenario
     slot: int
-    objects: tuple[ObjectBudget, ...]
+    objects: tuple[Any, ...]
     scale: PowerScale
     assumptions: tuple[Assumption, ...]
 
@@ -68,15 +71,12 @@ def describe(scenario: Scenario | str | Path) -> Description:
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    if scenario.geometry == "ground":
-        raise ScenarioError(
-            f'{scenario.name}: no description with geometry = "ground" yet; expected "road"'
-        )
     configure_all(scenario, None)
     start = begin(scene_of(scenario.calm), 0, range(1))
     with np.errstate(all="ignore"):  # extreme settings give zero, inf or NaN
         first = _first_inhabited(start)
-        objects, scale = object_budgets(first), power_scale(scenario)
+        on_ground, scale = scenario.geometry == "ground", power_scale(scenario)
+        objects: tuple[Any, ...] = (ground_budgets if on_ground else object_budgets)(first)
         found = assumptions(scenario, objects, scale, extremes(start))
     return Description(scenario, first.slot + 1, objects, scale, found)
 

@@ -1,6 +1,6 @@
 """Errors of the receiver's estimators against the bounds, over SNR and over separation.
 
-One object where the scenario's first one is in slot 1, lit by a beam matched to its angle or by
+One object where the scenario's first one is in slot 1, lit by a beam matched to its direction or by
 omnidirectional power; two objects always by the latter. Every trial has data, noise and phase of
 its own; the strongest echo is taken, whether it passes the threshold or not, so that outliers below
 the threshold count.
@@ -16,11 +16,11 @@ import numpy as np
 
 from echobeam.brief import Brief
 from echobeam.physics import transmission
+from echobeam.physics.array import LinearArray
 from echobeam.physics.bounds import Crb, measurement_variance
+from echobeam.physics.coordinates import direction_of
 from echobeam.physics.echo import illumination
 from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
-from echobeam.physics.measurement import measure
-from echobeam.physics.planar import linear
 from echobeam.physics.waveform import Waveform, factor, orthogonalised, symbols_of
 from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.model import Scenario
@@ -39,12 +39,11 @@ TOTALS = tuple(float(total) for total in range(0, 37, 3))
 """SNR after all integration, dB: from where outliers rule to where no error but noise is left."""
 
 SEPARATIONS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0)
-"""Separations of two objects in beam widths 1 / (n spacing) of the direction u."""
+"""Separations of two objects in beam widths 1 / (n spacing) of the direction u, or of v where the
+array has a single row."""
 
 RESOLUTION_TOTAL = 30.0
 """SNR of each of two objects after all integration, dB."""
-
-QUANTITIES = ("angle", "delay", "doppler")
 
 Progress = Callable[[int, int], None]
 
@@ -55,25 +54,30 @@ class SensingCheck(Brief):
 
     Attributes
     ----------
+    directions
+        Names of the components of a direction: ``("angle",)``, or ``("u", "v")`` direction
+        cosines with ``geometry = "ground"``.
     snr
         ``(n,)``: echo SNR of one receive antenna, Eq. (14) or (16).
     total
         ``(n,)`` dB: the same after the receive array.
     rmse
-        Of each quantity and estimator ``(n,)``; NaN of the angle with a single antenna.
+        Of each quantity and estimator ``(n,)``; NaN of a direction along which the arrays have a
+        single antenna.
     bound
         Of each version of the bound and quantity ``(n,)``.
     detected
         ``(n,)``: share of trials whose echo passes the threshold.
     separation
-        ``(m,)`` rad: of two objects of one delay and Doppler.
+        ``(m,)`` rad, or direction cosine: of two objects of one delay and Doppler.
     resolved
-        Of each estimator of the angle ``(m,)``: share of trials in which both objects are found
+        Of each estimator of the direction ``(m,)``: share of trials in which both objects are found
         within half of their separation; NaN with a single antenna.
     trials
         Number of trials.
     """
 
+    directions: tuple[str, ...]
     snr: Array
     total: Array
     rmse: dict[str, dict[str, Array]]
@@ -107,13 +111,9 @@ def check_sensing(
     Raises
     ------
     ScenarioError
-        If the geometry is the ground's, or there is no object, or its echo is beyond the
-        waveform's unambiguous delay or Doppler.
+        If there is no object, or its echo is beyond the waveform's unambiguous delay or Doppler,
+        or the scenario has two polarisations.
     """
-    if scenario.geometry == "ground":
-        raise ScenarioError(
-            f'{scenario.name}: no check of estimators with geometry = "ground" yet; expected "road"'
-        )
     setup = _Setup(scenario, trials, seed, mode)
     steps = len(TOTALS) + len(SEPARATIONS)
     errors: list[dict[str, Array]] = []
@@ -129,10 +129,14 @@ def check_sensing(
     totals = np.array(TOTALS)
     snr = 10.0 ** (0.1 * totals) / setup.receivers
     return SensingCheck(
+        directions=setup.directions,
         snr=snr,
         total=totals,
         rmse={
-            "angle": {name: _rms(errors, f"angle {name}") for name in ("capon", "glrt")},
+            direction: {name: _rms(errors, f"{direction} {name}") for name in ("capon", "glrt")}
+            for direction in setup.directions
+        }
+        | {
             "delay": {"matched_filter": _rms(errors, "delay")},
             "doppler": {"matched_filter": _rms(errors, "doppler")},
         },
@@ -157,7 +161,12 @@ class _Setup:
         world = begin(scene_of(scenario.calm), 0, range(1))
         self.world, self.trials, self.seed = _first_present(world), trials, seed
         radar, law = scenario.radar, world.scene.law
-        self.arrays = linear(law.transmitter), linear(law.receiver)
+        if scenario.array.polarisations == 2:
+            raise ScenarioError(
+                f"{scenario.name}: array.polarisations: 2 is not accepted; expected 1"
+            )
+        self.arrays = law.transmitter, law.receiver
+        self.directions = world.scene.geometry.measurement[: law.transmitter.axes]
         self.receivers = law.receiver.n
         self.wave: Waveform = waveform_of(radar)
         self.processing = Processing(radar.filter, radar.cfar, radar.false_alarm)
@@ -166,18 +175,17 @@ class _Setup:
             "capon": replace(self.processing, angle="capon"),
         }
         self.noise = element_noise(radar)
-        self.sees_angle = max(law.transmitter.n, law.receiver.n) > 1
+        shapes = np.array([law.transmitter.shape, law.receiver.shape]).max(axis=0)
+        self.sees = shapes[-law.transmitter.axes :] > 1
         self.step = trials_at_once(radar, max(law.receiver.n, law.transmitter.n))
-        state = self.world.state[0, self.world.present][0]
-        uav = self.world.uav
-        self.ideal = measure(
-            state[0], state[1], state[2], uav.speed, uav.heading, scenario.radio.carrier
-        )
+        self.ideal = self.world.ideal()[0, self.world.present][0]
+        self.direction = direction_of(self.ideal, law.transmitter.axes)
         check_unambiguous(scenario, self.world.ideal()[:, self.world.present])
         power = scenario.radio.power
         nobody = np.zeros((1, 0), dtype=np.bool_)
         self.everywhere = transmission.omni(nobody, power, law.transmitter.n)
-        beam = law.transmitter.steering(state[0]) * np.sqrt(power / law.transmitter.n)
+        towards = law.transmitter.steering(self.direction)
+        beam = towards * np.sqrt(power / law.transmitter.n)
         matched = transmission.directional(beam[None, None])
         self.sent = self.everywhere if mode == "omni" else matched
 
@@ -185,13 +193,15 @@ class _Setup:
         """Return the bounds as standard deviations, ``(n,)`` of each quantity."""
         wave = self.wave
         grid = crb == "exact"
+        towards = np.broadcast_to(self.direction, (len(snr), 1, *self.direction.shape))
         variance = measurement_variance(
-            _repeated(self.sent, len(snr)), np.full((len(snr), 1), self.ideal[0]), snr[:, None],
+            _repeated(self.sent, len(snr)), towards, snr[:, None],
             *self.arrays, crb=crb,
             bandwidth=wave.effective_bandwidth if grid else wave.bandwidth,
             pulse_length=wave.effective_duration if grid else wave.duration,
         )[:, 0]  # fmt: skip
-        return {name: np.sqrt(variance[:, i]) for i, name in enumerate(QUANTITIES)}
+        names = (*self.directions, "delay", "doppler")
+        return {name: np.sqrt(variance[:, i]) for i, name in enumerate(names)}
 
     def errors(self, total: float) -> dict[str, Array]:
         """Return the errors of all trials at an SNR after all integration, dB."""
@@ -202,33 +212,39 @@ class _Setup:
         return {name: np.concatenate([one[name] for one in parts]) for name in parts[0]}
 
     def _errors(self, trials: range, total: float) -> dict[str, Array]:
-        signal, known = self._signal(trials, total, self.ideal[None, :1], self.sent)
+        signal, known = self._signal(trials, total, self.direction[None, None], self.sent)
         found = find_echoes(signal, known, 1, self.processing)
         by_capon = angle_by_capon(signal, found, known)
-        truth, count = self.ideal, len(trials)
-        near = np.full(count, truth[0])
         angles = {"glrt": found.angle[:, 0], "capon": by_capon[:, 0]}
-        blind = not self.sees_angle
-        return {
-            f"angle {name}": np.full(count, np.nan)
-            if blind
-            else mirrored(linear(known.receiver), angle, near) - truth[0]
-            for name, angle in angles.items()
-        } | {
-            "delay": found.delay[:, 0] - truth[1],
-            "doppler": found.doppler[:, 0] - truth[2],
+        errors: dict[str, Array] = {}
+        for name, angle in angles.items():
+            off = self._off(angle, known)
+            for axis, direction in enumerate(self.directions):
+                seen = off[:, axis] if self.sees[axis] else np.full(len(trials), np.nan)
+                errors[f"{direction} {name}"] = seen
+        return errors | {
+            "delay": found.delay[:, 0] - self.ideal[-2],
+            "doppler": found.doppler[:, 0] - self.ideal[-1],
             "valid": found.valid[:, 0].astype(np.float64),
         }
 
+    def _off(self, angle: Array, known: Receiver) -> Array:
+        """Return the errors of estimated directions, ``(T, A)``."""
+        if not isinstance(known.receiver, LinearArray):
+            return angle - self.direction
+        near = np.full(len(angle), self.direction)
+        error: Array = mirrored(known.receiver, angle, near) - self.direction
+        return error[:, None]
+
     def separated(self, beams: float) -> float:
-        """Return the angle between two objects so many beam widths apart, rad."""
+        """Return how far two objects so many beam widths apart are, rad or direction cosine."""
         one, two = self._pair(beams)
-        return float(abs(one - two))
+        return float(np.max(np.abs(one - two)))
 
     def resolved(self, beams: float) -> dict[str, float]:
         """Return the share of trials in which each estimator finds both of two objects."""
-        angles = np.array(self._pair(beams))
-        if not self.sees_angle:
+        angles = self._pair(beams)
+        if not self.sees.any():
             return dict.fromkeys(self.estimators, np.nan)
         hits: dict[str, list[BoolArray]] = {name: [] for name in self.estimators}
         for first in range(0, self.trials, self.step):
@@ -239,16 +255,30 @@ class _Setup:
                 hits[name].append(_both(found, angles, known))
         return {name: float(np.mean(np.concatenate(one))) for name, one in hits.items()}
 
-    def _pair(self, beams: float) -> tuple[float, float]:
+    def _pair(self, beams: float) -> Array:
+        """Return the directions ``(2,)`` or ``(2, 2)`` of two objects so many beam widths apart."""
         receiver = self.arrays[1]
+        if not isinstance(receiver, LinearArray):
+            return self._pair_of_cosines(beams)
         u = float(receiver.frequency(self.ideal[0]))
         apart = beams / (receiver.n * receiver.spacing)
         both = u + 0.5 * apart * np.array([-1.0, 1.0])
         top = float(both.max())
         both = both - max(0.0, top - 0.999)
         inverse = np.arcsin if receiver.axis == "vertical" else np.arccos
-        one, two = inverse(np.clip(both, -0.999, 0.999))
-        return float(one), float(two)
+        pair: Array = inverse(np.clip(both, -0.999, 0.999))
+        return pair
+
+    def _pair_of_cosines(self, beams: float) -> Array:
+        receiver = self.arrays[1]
+        axis = int(np.argmax(self.sees))
+        apart = beams / (receiver.shape[axis] * receiver.spacing)
+        pair = np.stack([self.direction, self.direction])
+        pair[:, axis] += 0.5 * apart * np.array([-1.0, 1.0])
+        most = 0.999 * np.sqrt(1.0 - self.direction[1 - axis] ** 2)
+        pair[:, axis] -= max(0.0, pair[:, axis].max() - most)
+        pair[:, axis] += max(0.0, -most - pair[:, axis].min())
+        return pair
 
     def _signal(
         self, trials: range, total: float, angles: Array, sent: Transmission
@@ -261,13 +291,16 @@ class _Setup:
         streams = symbols_of(wave, trial_normals(self.seed, trials, 0, Use.DATA, shape))
         if orthogonal:
             streams = orthogonalised(streams)
-        objects = angles.shape[-1]
+        objects = angles.shape[1]
         pairs = trial_normals(self.seed, trials, 0, Use.FLUCTUATION, (objects, 2))
         phase = np.exp(1j * np.arctan2(pairs[..., 1], pairs[..., 0]))
         energy = 10.0 ** (0.1 * total) * self.noise / (wave.elements * self.receivers * lit)
         ones = np.ones((count, objects))
         scatterers = Scatterers(
-            ones * angles, ones * self.ideal[1], ones * self.ideal[2], np.sqrt(energy) * phase
+            np.repeat(angles, count, axis=0),
+            ones * self.ideal[-2],
+            ones * self.ideal[-1],
+            np.sqrt(energy) * phase,
         )
         size = (self.receivers, wave.subcarriers, wave.symbols, 2)
         noise = noise_of(trial_normals(self.seed, trials, 0, Use.NOISE, size), self.noise)
@@ -286,12 +319,13 @@ def _repeated(sent: Transmission, count: int) -> Transmission:
 
 def _both(found: Echo, truth: Array, known: Receiver) -> BoolArray:
     """Return in which trials both objects are found within half of their separation."""
-    u, wanted = (
-        linear(known.receiver).frequency(found.angle),
-        linear(known.receiver).frequency(truth),
-    )
-    within = 0.5 * abs(wanted[0] - wanted[1])
-    off = np.abs(u[..., None] - wanted) <= within
+    array = known.receiver
+    if isinstance(array, LinearArray):
+        u, wanted = array.frequency(found.angle)[..., None], array.frequency(truth)[:, None]
+    else:
+        u, wanted = found.angle, truth
+    within = 0.5 * np.sqrt(np.sum((wanted[0] - wanted[1]) ** 2))
+    off = np.sqrt(np.sum((u[:, :, None] - wanted) ** 2, axis=-1)) <= within
     straight, crossed = off[:, 0, 0] & off[:, 1, 1], off[:, 0, 1] & off[:, 1, 0]
     both: BoolArray = (straight | crossed) & found.valid.all(axis=-1)
     return both
