@@ -12,7 +12,8 @@ demo: $(VENV)/.demo
 	$(BIN)/echobeam run paper-multi --trials 200 --jobs $(JOBS) --out paper-multi.nc --force
 	$(BIN)/echobeam plot paper-multi.nc
 
-test: lint types rules compiled
+test: $(VENV)/.dev
+	$(MAKE) --no-print-directory -j $(JOBS) lint types rules compiled
 	$(BIN)/python -m pytest -n $(JOBS)
 
 quick: compiled

@@ -55,7 +55,7 @@ def test_arrivals_are_confirmed_within_two_omnidirectional_slots():
 def test_crossing_tracks_keep_their_objects_if_association_waits():
     """Shares of trials in which the tracks of the two vehicles are exchanged at the end."""
     schemes = [f"water-filling:association={name}" for name in ("nearest", "jpda", "mht")]
-    result = eb.simulate("crossing", schemes, trials=60)
+    result = eb.simulate("crossing", schemes, trials=40)
     identity = np.where(result["track_status"] >= Status.CONFIRMED, result["track_id"], NOBODY)
     about = result["track_object"].values
     switched = []

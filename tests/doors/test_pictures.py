@@ -40,20 +40,19 @@ def without(result, *names):
     return result
 
 
+def whole():
+    return build_result(trials=3, with_bound=True)
+
+
 def nothing_at_all():
-    result = build_result()
+    result = whole()
     nature = {"present", "truth", "identity", "position", "uav_position", "uav_velocity"}
     return without(result, *(set(result.data_vars) - nature - {"mode"}))
 
 
-def infinite_variance():
-    result = build_result()
+def silent_and_blind():
+    result = whole()
     result["measured_var"].values[:] = np.inf
-    return result
-
-
-def silent_beams():
-    result = build_result(trials=2)
     result["beam"].values[:] = 0.0
     return result
 
@@ -67,7 +66,6 @@ def nobody():
 
 CASES = {
     "the paper's": lambda: build_result(ALL[:4], trials=20, with_bound=True),
-    "every scheme": lambda: build_result(ALL, trials=2),
     "many users' schemes": lambda: build_result(
         (*ALL, *(f"a scheme of mine, number {i}" for i in range(9))), trials=2
     ),
@@ -75,26 +73,19 @@ CASES = {
         ("temporal", "pilot", *LONG_NAMES), trials=2, with_bound=True
     ),
     "no objects": lambda: build_result(angles=(), velocities=()),
-    "one object": lambda: build_result(angles=(60.0,), velocities=(30.0,), trials=2),
     "eleven objects": lambda: build_result(
         angles=np.linspace(20, 160, 11), velocities=np.linspace(-20, 20, 11), trials=1
     ),
     "an object below the UAV": lambda: build_result(angles=(90.0,), velocities=(0.0,)),
-    "one trial": lambda: build_result(trials=1, with_bound=True),
+    "one trial and one antenna": lambda: build_result(trials=1, n_tx=1, with_bound=True),
     "one slot": lambda: build_result(("temporal", "pilot", "omni"), slots=1),
-    "two slots": lambda: build_result(slots=2),
-    "one antenna": lambda: build_result(n_tx=1),
     "omni only": lambda: build_result(("omni",)),
     "genie only": lambda: build_result(("genie",)),
     "everything NaN": nothing_at_all,
     "nobody ever present": nobody,
-    "no estimates": lambda: without(build_result(with_bound=True), *ESTIMATES),
-    "no rates": lambda: without(build_result(), "rate", "sinr"),
-    "beams of zeros": silent_beams,
-    "nothing measured": infinite_variance,
-    "bound all NaN": lambda: without(build_result(with_bound=True), "bound"),
-    "coming and going": lambda: build_result(ALL[:2], coming_and_going=True, with_bound=True),
-    "long": lambda: build_result(ALL[:3], slots=50, trials=4, name="paper-long"),
+    "no estimates": lambda: without(whole(), *ESTIMATES),
+    "neither rates nor a bound": lambda: without(whole(), "rate", "sinr", "bound"),
+    "beams of zeros and nothing measured": silent_and_blind,
     "traffic": lambda: build_result(
         ALL[:3],
         slots=400,
@@ -103,8 +94,8 @@ CASES = {
         velocities=(14.0, -13.0, 12.0, -9.0),
         coming_and_going=True,
         speed=0.0,
+        with_bound=True,
     ),
-    "high power": lambda: build_result(power=1e6),
     "huge rates and a long name": lambda: build_result(power=1e30, name="x_$" * 60),
     "UAV at the ground": lambda: build_result(height=1.0, speed=15.0, angles=(2.0, 178.0)),
 }
@@ -146,11 +137,18 @@ def test_every_picture_of_unlabelled_results_is_whole_and_warns_of_nothing(kind,
     draw_whole(kind, UNLABELLED[case]())
 
 
+DRAWN = set()
+"""Records that were drawn and found whole: a kind without what is missing has the same again."""
+
+
 def draw_whole(kind, result):
     """Texts and axes lie within the picture, the legend covers none, letters can be printed."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         data = figure_of(kind, result)
+        json.loads(data.json())
+        if data.json() in DRAWN:
+            return
         figure = draw(data)
         figure.draw_without_rendering()
     box = figure.get_tightbbox()
@@ -163,8 +161,8 @@ def draw_whole(kind, result):
         )
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text()]
     assert min(sizes) >= 7.0
-    json.loads(data.json())
     assert data.csv().startswith("panel,series,")
+    DRAWN.add(data.json())
 
 
 @pytest.mark.slow
@@ -196,10 +194,15 @@ def invoke(*arguments):
     return done
 
 
+@pytest.fixture(scope="module")
+def simulated():
+    return eb.simulate("paper-single", ["temporal", "pilot"], trials=2)
+
+
 @pytest.fixture
-def stored(tmp_path):
+def stored(simulated, tmp_path):
     path = tmp_path / "run.v2.nc"
-    eb.simulate("paper-single", ["temporal", "pilot"], trials=2).to_netcdf(path, engine="h5netcdf")
+    simulated.to_netcdf(path, engine="h5netcdf")
     return path
 
 

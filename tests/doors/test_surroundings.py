@@ -45,9 +45,7 @@ def result(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "backend", ["module://matplotlib_inline.backend_inline", "module://nowhere", "none", "tkagg"]
-)
+@pytest.mark.parametrize("backend", ["module://nowhere", "tkagg"])
 def test_a_notebooks_back_end_does_not_matter_to_pictures(tmp_path, result, backend):
     arguments = ["plot", result, "--kind", "rate", "--out", tmp_path / "p.png"]
     done = process(*arguments, cwd=tmp_path, MPLBACKEND=backend, DISPLAY="")
@@ -82,7 +80,7 @@ def test_a_locale_that_cannot_name_the_result_asks_for_another_name(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("encoding", ["cp1252", "latin-1", "cp437", "utf-8"])
+@pytest.mark.parametrize("encoding", ["cp437", "utf-8"])
 def test_a_terminal_of_few_letters_prints_what_it_can(tmp_path, encoding):
     (tmp_path / "s.toml").write_text(NAMED, encoding="utf-8")
     arguments = ["run", "s.toml", *LIGHT, "--out", "r.nc", "--force"]
@@ -167,9 +165,10 @@ def test_other_files_of_such_names_work_too(tmp_path, kind):
         "    return np.zeros((*prior.known.shape, view.system.array.n_tx))\n"
     )
     light = ["--scheme", f"{ODD}.py:mine", "--trials", 2] if kind == "scheme" else LIGHT
-    done = process("run", name, *light, "--out", out, cwd=place)
+    run = process if kind == "out" else echobeam  # one by the bytes that a shell would give
+    done = run("run", name, *light, "--out", out, cwd=place)
     assert done.returncode == 0, done.stderr
-    done = process("plot", out, "--kind", "rate", cwd=place)
+    done = run("plot", out, "--kind", "rate", cwd=place)
     assert done.returncode == 0, done.stderr
     assert (place / out.replace(".nc", "-rate.png")).is_file()
 

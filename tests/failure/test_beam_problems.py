@@ -208,7 +208,7 @@ def test_a_search_left_unfinished_is_not_thrown_away_for_its_floors(
             ripple=3.0,
             min_rate=min_rate,
             power=1.0,
-            n_tx=128,
+            n_tx=96,
         )
     )
     assert answer.outcome == ("floors lowered" if part < 1.0 else "unproved")

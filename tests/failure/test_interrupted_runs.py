@@ -323,7 +323,7 @@ def small_disk(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "sizes"),
     [
-        pytest.param(["run", "paper-single"], [16, 400, 2300, 4000], id="run"),
+        pytest.param(["run", "paper-single"], [16, 2300, 4000], id="run"),
         pytest.param(["sweep", "paper-single", "--vary", "radio.power=1,2"], [16, 72], id="sweep"),
     ],
 )

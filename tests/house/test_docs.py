@@ -459,7 +459,7 @@ def test_every_page_is_in_the_navigation() -> None:
 
 # Snippets
 
-LONG = ("schemes", "reproducibility", "python", "tracks")
+LONG = ("schemes", "reproducibility", "python", "tracks", "sensing", "three-dimensions")
 """Pages whose snippets take seconds."""
 
 

@@ -175,6 +175,7 @@ def test_every_equation_has_a_row_and_every_row_is_true() -> None:
     assert faults_of_rows(read_ledger(LEDGER.read_text("utf-8"))) == []
 
 
+@pytest.mark.slow
 def test_the_docstrings_name_most_of_the_paper() -> None:
     """A parser that finds nothing would pass the tests above."""
     named = set().union(*map(equations_named, all_docstrings().values()))

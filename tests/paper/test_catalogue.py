@@ -17,7 +17,6 @@ def test_every_result_figure_of_the_paper_is_there_in_its_order():
 
 
 @pytest.mark.parametrize("name", FIGURES)
-@pytest.mark.slow
 def test_every_id_resolves_to_scenarios_that_load(name):
     (figure,) = choose([name])
     assert figure.id == name

@@ -183,7 +183,7 @@ def test_arrays_are_values_that_can_be_compared_hashed_and_pickled():
 
 @pytest.mark.parametrize(("n", "spacing"), [(2, 0.5), (8, 0.4), (30, 0.5), (64, 0.5)])
 @pytest.mark.parametrize("axis", ["vertical", "horizontal"])
-@pytest.mark.parametrize("degrees", [1.0, 20.0, 60.0, 88.0, 90.0, 135.0, 179.0])
+@pytest.mark.parametrize("degrees", [1.0, 60.0, 90.0, 135.0])
 def test_half_power_width_is_where_the_pattern_has_fallen_to_half(n, spacing, axis, degrees):
     """Walked out from the beam's centre on a fine grid, explicit phases."""
     array, centre = LinearArray(n, spacing, axis), math.radians(degrees)

@@ -147,12 +147,7 @@ def test_ground_five_metres_elsewhere_costs_rate_and_no_track(place, height):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "scheme",
-    [
-        GROUND,
-        f"{GROUND},motion=imm",
-        "temporal:tracker=ground",
-        "pilot:tracker=ground",
-    ],
+    [f"{GROUND},motion=imm", "pilot:tracker=ground"],  # either motion, and frames of either kind
 )
 def test_it_keeps_the_rules_of_a_scheme(scheme):
     eb.testing.check_scheme(scheme)

@@ -88,8 +88,3 @@ def test_the_outage_is_a_parameter_and_has_to_be_one():
     assert found.system.coverage.min_rate == 1e-4
     with pytest.raises(SchemeError, match="outage"):
         configure(scenario, "water-filling:beamer=posterior,outage=1.5")
-
-
-@pytest.mark.slow
-def test_the_beamer_keeps_the_rules_of_schemes():
-    eb.testing.check_scheme("temporal:beamer=posterior,min_rate=0.01,least_snr=100")
