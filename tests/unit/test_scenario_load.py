@@ -23,7 +23,7 @@ FOLLOWING = {
 
 OF_SIGNALS = {
     "subcarriers", "symbols", "modulation", "integration", "filter", "cfar", "false_alarm", "angle",
-    "self_interference", "ground_clutter", "fluctuation", "target",
+    "self_interference", "ground_clutter", "background", "fluctuation", "target",
 }  # fmt: skip
 """Keys of the radar that only a preset with signals writes out."""
 

@@ -13,7 +13,7 @@ from echobeam.brief import html_table
 from echobeam.scenario.built_in import ships
 from echobeam.scenario.checking import ScenarioError, checked, override
 from echobeam.scenario.dump import dump_scenario
-from echobeam.scenario.geometry import check_geometry
+from echobeam.scenario.geometry import check_background, check_geometry
 from echobeam.scenario.quantities import FrozenMapping, SchemeParameters, ripple_value
 from echobeam.scenario.tables import (
     DEFAULT_SCHEMES,
@@ -132,6 +132,7 @@ class Scenario(Table):
         """Refuse signals that do not fit in memory, or too short for orthogonal streams."""
         elements = self.radar.subcarriers * self.radar.symbols
         antennas = max(self.array.n_tx, self.array.receivers)
+        check_background(self)
         if self.radar.model != "signal":
             return self
         if self.radar.clutter > 0.0:

@@ -249,6 +249,8 @@ class RadarTable(Table):
     """Residual of the UAV's own signal in one antenna, over the noise."""
     ground_clutter: Annotated[Number, Field(ge=0)] = 0.0
     """|epsilon|^2 of a metre of road, m^-1."""
+    background: Literal["none", "umi-av", "uma-av", "rma-av"] = "none"
+    """Background channel of TR 38.901 for a flying monostatic sensor."""
 
     @field_validator("fluctuation")
     @classmethod

@@ -155,6 +155,11 @@ def _taken(scenario: Scenario, scale: PowerScale) -> list[Assumption]:
                 "nobody says whose an echo is" if unlabelled else "each object's echo is identified"
             ),
         )
+    elif signal and radar.background != "none":
+        clutter = Assumption(
+            "background",
+            f"besides the objects three points echo, those of {radar.background} in TR 38.901",
+        )
     elif unlabelled:
         clutter = Assumption(
             "flat ground", "the UAV knows its height, and that objects are on flat ground"

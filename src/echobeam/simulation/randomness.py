@@ -38,6 +38,7 @@ class Use(IntEnum):
     FALSE_ALARM = 10
     ALTIMETER = 11
     TERRAIN = 12
+    BACKGROUND = 13
 
 
 def object_normals(

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from echobeam.physics.array import LinearArray
+from echobeam.physics.background import POINTS
 from echobeam.physics.coordinates import direction_of, distance_of
 from echobeam.physics.echo import reflection_coefficient
 from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
@@ -24,6 +25,7 @@ from echobeam.scenario.tables import RadarTable
 from echobeam.sensing.chain import Echo, Processing, find_echoes, receiver_of
 from echobeam.sensing.directions import beam_sizes, mirrored
 from echobeam.sensing.threads import one_thread
+from echobeam.simulation.background import background
 from echobeam.simulation.grid import element_noise, waveform_of
 from echobeam.simulation.randomness import Use, trial_normals
 from echobeam.simulation.world import World
@@ -76,7 +78,9 @@ def measure_signal(
     value, variance = np.full(shape, np.nan), np.full(shape, np.inf)
     if not processed.any():
         return value, variance
-    count = int(world.present.sum()) + SPARE * _has_surroundings(world.scene.scenario.radar)
+    radar = world.scene.scenario.radar
+    count = int(world.present.sum()) + SPARE * _has_surroundings(radar)
+    count += POINTS * (radar.background != "none")
     for some, found, truth in _in_parts(world, sent, amplitude, count):
         value[some], variance[some] = _labelled(world, found, truth, processed[some])
     return value, variance
@@ -168,6 +172,8 @@ def _of_some(
     beta = amplitude * np.exp(-2j * np.pi * radio.carrier * np.nan_to_num(delay))
     parts = [Scatterers(direction_of(ideal, law.receiver.axes), delay, doppler, beta)]
     parts += _surroundings(world, trials)
+    if radar.background != "none":
+        parts.append(background(world, trials))
     scatterers = Scatterers(*(np.concatenate(one, axis=1) for one in zip(*parts, strict=True)))
     signal = echo_signal(scatterers, streams, precoder, wave, arrays)
     noise = element_noise(radar)

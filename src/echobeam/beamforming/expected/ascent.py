@@ -9,9 +9,9 @@ point of the sum of the minorants is
     (A + nu I) w_k = sum_q p_kq (c_kq^T w_k) / T_kq  c_kq,
     A = sum_kq p_kq own / (S T) c_kq c_kq^T,     nu = sum_kq p_kq own / (S T) loss_kq,
 
-one linear system for all beams, so that no step lowers the objective. Two such steps are
-extrapolated (SQUAREM, Varadhan and Roland, Scand. J. Stat. 35, 2008), and the extrapolated beams
-are taken where they are better.
+one linear system for all beams and polarisations, so that no step lowers the objective. Two such
+steps are extrapolated (SQUAREM, Varadhan and Roland, Scand. J. Stat. 35, 2008), and the
+extrapolated beams are taken where they are better.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Climbed:
 
 
 def step(places: Places, at: Received) -> ComplexArray:
-    """Return the largest point of the minorant: beams that are no worse, ``(T, K, r)``."""
+    """Return the largest point of the minorant: beams that are no worse, ``(T, P K, r)``."""
     trials, objects, count, size = places.channel.shape
     flat = places.channel.reshape(trials, objects * count, size)
     curvature = places.weight * at.own / (at.own + at.noise) / at.noise
@@ -53,8 +53,8 @@ def step(places: Places, at: Received) -> ComplexArray:
     shift = np.sum(curvature * places.loss, axis=(-2, -1))
     trace = np.trace(matrix, axis1=-2, axis2=-1)
     shift = np.maximum(shift, LEAST_SHIFT * trace)
-    pull = places.weight * at.response / at.noise
-    right = (pull[..., None, :] @ places.channel)[..., 0, :]  # (T, K, r)
+    pull = places.weight[:, :, None] * at.response / at.noise[:, :, None]
+    right = (pull @ places.channel).reshape(trials, -1, size)  # (T, P K, r)
     # Of unit size, whatever the noise; a trial without beams has nothing to solve.
     scale = np.where(shift + trace > 0.0, shift + trace, 1.0)
     shift = np.where(shift > 0.0, shift / scale, 1.0)
@@ -63,7 +63,8 @@ def step(places: Places, at: Received) -> ComplexArray:
     right = right / np.where(largest > 0.0, largest, 1.0)
     sides = np.swapaxes(np.concatenate([right.real, right.imag], axis=1), -1, -2)
     solved = np.swapaxes(np.linalg.solve(matrix, sides), -1, -2)
-    return normalised(solved[:, :objects] + 1j * solved[:, objects:])
+    columns = right.shape[1]
+    return normalised(solved[:, :columns] + 1j * solved[:, columns:])
 
 
 def ascend(places: Places, beams: ComplexArray, cycles: int = MOST_CYCLES) -> Climbed:
@@ -74,7 +75,7 @@ def ascend(places: Places, beams: ComplexArray, cycles: int = MOST_CYCLES) -> Cl
     places
         Of T trials.
     beams
-        ``(T, K, r)``: where to start. A beam that is zero stays zero.
+        ``(T, P K, r)``: where to start. What is zero stays zero.
     cycles
         Largest number of cycles.
     """

@@ -46,10 +46,11 @@ class BeliefBatch(Brief):
     power
         P_T.
     array
-        The transmit array. Of two polarisations the first has all the power.
+        The transmit array. With two polarisations a beam has rank two where that is better.
     least_snr
         SNR of a matched beam with all the power that shapes are designed for at least; zero for
-        the objective as it is, see `echobeam.beamforming.expected.caution`.
+        the objective as it is, see `echobeam.beamforming.expected.caution`. Cautious beams have
+        one polarisation.
     warm_start
         ``(T, K, N)`` complex: beams to start from, NaN where there are none.
 

@@ -41,6 +41,12 @@ HOPELESS = 0.2
 SLACK = 0.1
 """Relative excess of the outage, on nodes four times as close, that is put down to the nodes."""
 
+SECOND = 0.1
+"""Amplitude of the second polarisation that a climb begins with: at zero it would stay."""
+
+SECOND_TURNS = np.array([1.0, -1.0])
+"""Signs of its chirps along both axes of a belief: two alike would be one beam."""
+
 CROWD = 8
 """Objects by whose multiples those that are served are brought together where there is room for
 more, so that no trial depends on the others, not even in its last digits."""
@@ -156,20 +162,49 @@ def _design_alike(
         beams = shared_out(places, _climbed(aimed, beliefs, size))
     else:
         beams = _climbed(places, beliefs, size)
+    floored = None
     if (beliefs.min_rate > 0.0).any():
-        beams, missed = _with_floors(places, beliefs, size, beams)
+        beams, missed, floored = _with_floors(places, beliefs, size, beams)
         for trial, words in missed.items():
             answer.fallback[trials[trial]] = True
             answer.messages[int(trials[trial])] = words
+    if beliefs.array.polarisations > 1 and set(size) != {1} and not beliefs.least_snr > 0.0:
+        beams = _with_both(places, beliefs, size, beams, floored)
     made = places.beams(beams, beliefs.power)
-    answer.beams[trials[:, None], columns, : beliefs.array.elements] = made
+    answer.beams[trials[:, None], columns, : made.shape[-1]] = made
     answer.expected_rate[trials] = received(places, beams).value / np.log(2.0)
+
+
+def _with_both(
+    places: Places, beliefs: BeliefBatch, size: Size, beams: ComplexArray, floored: Floors | None
+) -> ComplexArray:
+    """Return beams ``(T, 2 K, r)`` in two polarisations where they are better, and keep the floors.
+
+    Climbed to from the beams given with a weak second one, and from two that are spread over the
+    belief in different ways.
+    """
+    z, _ = nodes_of(size)
+    turns = chirp(beliefs, places.active)
+    first = starts.spread_shapes(places, z, turns)
+    second = starts.spread_shapes(places, z, turns * SECOND_TURNS)
+    strength = np.sqrt(np.sum(np.abs(beams) ** 2, axis=-1, keepdims=True))
+    best = starts.paired(beams, np.zeros_like(beams))
+    value = received(places, best).value
+    pairs = [(beams, SECOND * strength * second), (strength * first, strength * second)]
+    for pair in pairs:
+        made = ascend(places, starts.paired(*pair))
+        better = made.value > value
+        if floored is not None:
+            better &= floored.met(best).all(axis=-1) & floored.met(made.beams).all(axis=-1)
+        best = np.where(better[:, None, None], made.beams, best)
+        value = np.where(better, made.value, value)
+    return best
 
 
 def _with_floors(
     places: Places, beliefs: BeliefBatch, size: Size, beams: ComplexArray
-) -> tuple[ComplexArray, dict[int, str]]:
-    """Return beams that meet the floors, as far as they were found, and words where they do not."""
+) -> tuple[ComplexArray, dict[int, str], Floors]:
+    """Return beams that meet the floors, as far as they were found, words where not, and floors."""
     z = floor_nodes(beliefs.outage, size)
     inner = places_of(beliefs, places.active, z, np.full(len(z), 1.0 / len(z)), places.basis)
     threshold = np.where(places.active, np.expm1(np.log(2.0) * beliefs.min_rate), 0.0)
@@ -192,7 +227,7 @@ def _with_floors(
     for trial in np.flatnonzero(least < 1.0 - beliefs.outage * (1.0 + SLACK)).tolist():
         if trial not in words:
             words[trial] = f"a rate floor is met with probability {least[trial]:.3g} only"
-    return beams, words
+    return beams, words, floors
 
 
 def _climbed(places: Places, beliefs: BeliefBatch, size: Size) -> ComplexArray:

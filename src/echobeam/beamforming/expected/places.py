@@ -100,8 +100,9 @@ class Places:
         return inside
 
     def beams(self, coordinates: ComplexArray, power: float) -> ComplexArray:
-        """Return ``(T, K, N)`` antenna weights of exactly the power, zero where not active."""
+        """Return antenna weights of exactly the power, zero where not active, ``(T, K, P N)``."""
         made = to_beams(coordinates @ np.swapaxes(self.basis, -1, -2))
+        made = made.reshape(*self.active.shape, -1)
         made = np.where(self.active[..., None], made, 0.0)
         norm = np.sqrt(np.sum(np.abs(made) ** 2, axis=(-2, -1), keepdims=True))
         scaled: ComplexArray = made * (np.sqrt(power) / np.where(norm > 0.0, norm, 1.0))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from echobeam.beamforming.expected.objective import normalised
 from echobeam.beamforming.expected.places import Places
 from echobeam.values import Array, BoolArray, ComplexArray
 
@@ -58,6 +59,12 @@ def spread_shapes(places: Places, z: Array, chirp: Array) -> ComplexArray:
     turned = places.weight * np.exp(0.5j * phase)
     shapes: ComplexArray = (turned[..., None, :] @ places.channel)[..., 0, :]
     return unit(shapes)
+
+
+def paired(first: ComplexArray, second: ComplexArray) -> ComplexArray:
+    """Return beams ``(T, 2 K, r)`` of two polarisations, ``(T, K, r)`` each; total power 1."""
+    trials, objects, size = first.shape
+    return normalised(np.stack([first, second], axis=2).reshape(trials, 2 * objects, size))
 
 
 def unit(shapes: ComplexArray) -> ComplexArray:
