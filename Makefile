@@ -13,7 +13,7 @@ demo: $(VENV)/.demo
 	$(BIN)/echobeam plot paper-multi.nc
 
 test: $(VENV)/.dev
-	$(MAKE) --no-print-directory -j $(JOBS) lint types rules compiled
+	$(MAKE) --no-print-directory -j $(JOBS) compiled types lint rules
 	$(BIN)/python -m pytest -n $(JOBS)
 
 quick: compiled

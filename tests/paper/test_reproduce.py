@@ -128,13 +128,13 @@ def test_a_place_that_is_no_folder_to_write_to_exits_with_2_and_one_line():
 @pytest.mark.slow
 def test_height_figures_share_their_trials_and_resume_to_the_same_bytes(tmp_path):
     first, second = tmp_path / "first", tmp_path / "second"
-    reproduce("t7-1", "t7-2", "--trials", 3, "--out", first, "--quiet")
+    reproduce("t7-1", "t7-2", "--trials", 2, "--out", first, "--quiet")
     # interrupted: half of the blocks are there, no picture
     shutil.copytree(first, second)
     blocks = sorted((second / "blocks").glob("*.npz"))
     for path in (*second.glob("t7*"), *second.glob("claims*"), *blocks[::2]):
         path.unlink()
-    reproduce("t7-1", "t7-2", "--trials", 3, "--out", second, "--quiet", "--resume")
+    reproduce("t7-1", "t7-2", "--trials", 2, "--out", second, "--quiet", "--resume")
     names = [path.name for path in sorted(first.iterdir()) if path.is_file()]
     figures = [f"{one}.{suffix}" for one in ("t7-1", "t7-2") for suffix in ("csv", "json", "png")]
     assert names == ["claims.json", "claims.md", *figures]

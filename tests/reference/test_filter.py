@@ -262,7 +262,8 @@ def test_the_paper_is_overconfident_only_where_the_first_velocity_is_next_to_unk
 ) -> None:
     """The object at 75 degrees in slot 2: one prediction over a velocity from a single Doppler."""
     # the variance is known, so that the linearisation alone is examined
-    scenario = eb.load_scenario("paper-multi", overrides=[setting, "radar.variance=known"])
+    changes = [setting, "radar.variance=known", "frame.slots_per_frame=2"]
+    scenario = eb.load_scenario("paper-multi", overrides=changes)
     result = eb.simulate(scenario, schemes=["temporal"], trials=400, seed=0)
     second = result.isel(scheme=0, slot=1, object=0)
     error = (second["estimated"] - second["truth"]).to_numpy()
