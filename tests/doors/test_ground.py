@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import echobeam as eb
-from echobeam.plots import KINDS, OF_TRACKS, ON_GROUND, ON_ROAD, PlotError, figures
+from echobeam.plots import KINDS, OF_TRACKS, ON_GROUND, PlotError, figures
+from echobeam.simulation.forecast import forecast_errors
 
 from .test_cli import echobeam
 
@@ -32,7 +33,7 @@ def test_the_json_summary_has_the_errors_of_the_geometry(tmp_path):
 
 def test_pictures_are_drawn_or_refused_by_name(result):
     made = figures(result)
-    assert set(made) == ({*KINDS, *ON_GROUND} - {*ON_ROAD, *OF_TRACKS})
+    assert set(made) == ({*KINDS, *ON_GROUND} - {*OF_TRACKS})
     position, velocity = made["tracking"].panels
     assert (position.y.name, velocity.y.unit) == ("Position RMSE", "m/s")
     error = result["estimated"] - result["truth"]
@@ -40,8 +41,31 @@ def test_pictures_are_drawn_or_refused_by_name(result):
     expected = np.sqrt(squares.sel(scheme="water-filling").values)
     (drawn,) = [one.y for one in position.series if one.name == "water-filling"]
     np.testing.assert_allclose(drawn, expected)
-    with pytest.raises(PlotError, match='no picture of forecast with geometry = "ground"'):
-        figures(result, ["forecast"])
+    road = eb.simulate("paper-single", ["omni"], trials=1)
+    with pytest.raises(PlotError, match='no picture of map with geometry = "road"'):
+        figures(road, ["map"])
+
+
+def test_forecasts_are_straight_paths_and_their_covariances_grow_as_told(result):
+    """Ten slots, forecasts from slot 5 on: x + h DT v, and the covariance of that by hand."""
+    one = result.sel(scheme="water-filling").transpose("trial", "slot", "object", ...)
+    found = forecast_errors(result, eb.load_scenario("ground"), range(5, 6))
+    mean, truth = one["estimated"].values[:, 4], one["truth"].values
+    cov, h, dt, std = one["estimated_cov"].values[:, 4], 3, 0.01, 0.5
+    ahead = mean[..., :2] + h * dt * mean[..., 2:]
+    off = np.sum((ahead - truth[:, 4 + h, :, :2]) ** 2, axis=-1)
+    part = found.sel(scheme="water-filling", horizon=h, quantity="position")
+    assert part["rmse"] == pytest.approx(np.sqrt(off.mean()), rel=1e-9)
+    path = np.eye(4)
+    path[0, 2] = path[1, 3] = dt
+    noise = np.kron(std**2 * np.outer([0.5 * dt, 1.0], [0.5 * dt, 1.0]), np.eye(2))
+    for _ in range(h):
+        cov = path @ cov @ path.T + noise
+    stated = np.sqrt(np.mean(cov[..., 0, 0] + cov[..., 1, 1]))
+    assert part["promised"] == pytest.approx(stated, rel=1e-9)
+    assert list(found["quantity"].values) == ["position", "velocity"]
+    (picture,) = figures(result, ["forecast"]).values()
+    assert [panel.y.unit for panel in picture.panels] == ["m", "m/s", "%"]
 
 
 SMALL = {

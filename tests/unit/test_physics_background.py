@@ -197,4 +197,4 @@ def test_without_it_nothing_changes():
 )
 def test_what_the_standard_does_not_state_is_refused(name, changes, message):
     with pytest.raises(ScenarioError, match=re.escape(message)):
-        eb.load_scenario(name, changes)
+        eb.describe(eb.load_scenario(name, changes))

@@ -105,11 +105,12 @@ def test_every_kind_of_the_ground_is_drawn_and_another_named(result):
     found = figures(result)
     assert set(found) == {
         "map", "rate", "tracking", "patterns", "trajectories", "consistency", "distribution",
+        "forecast",
     }  # fmt: skip
     for data in found.values():
         draw(data)
-    with pytest.raises(PlotError, match=r'no picture of forecast with geometry = "ground"'):
-        figures(result, ["forecast"])
+    with pytest.raises(PlotError, match=r'no picture of weather with geometry = "ground"|weather'):
+        figures(result, ["weather"])
 
 
 def test_errors_are_distances_on_the_ground(result):

@@ -52,9 +52,6 @@ ON_GROUND: dict[str, Callable[[Source], FigureData]] = {
 }
 """The same of runs with ``geometry = "ground"``, in place of the others of these names."""
 
-ON_ROAD = ("forecast",)
-"""Kinds that only runs above a road have."""
-
 SWEEP = "sweep"
 """Kind of the picture of a sweep."""
 
@@ -115,7 +112,7 @@ def _of_geometry(source: Source, kinds: Sequence[str]) -> dict[str, Callable[[So
     there = KINDS | OF_TRACKS
     ground = source.scenario.geometry == "ground"
     if ground:
-        there = {kind: one for kind, one in there.items() if kind not in ON_ROAD} | ON_GROUND
+        there = there | ON_GROUND
     other = [kind for kind in kinds if kind not in there]
     if other:
         raise PlotError(

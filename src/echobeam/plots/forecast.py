@@ -20,6 +20,10 @@ _PANELS = (
     ("angle", "Angle error, RMS", "deg", 180.0 / np.pi),
     ("position", "Position error, RMS", "m", 1.0),
 )
+_ON_GROUND = (
+    ("position", "Position error, RMS", "m", 1.0),
+    ("velocity", "Velocity error, RMS", "m/s", 1.0),
+)
 _EXPECTED_SHARE = 99.73
 _LEAST_SHARE = 98.0
 
@@ -30,7 +34,8 @@ def forecast(source: Source) -> FigureData:
     Every horizon has the same forecasts: those made in the slots of `origins`. A dotted line is
     the RMS error stated by the forecasts' covariances; the shaded band contains the RMS error of
     a consistent filter with probability 95 %; the last panel shows the share of angles within
-    three stated standard deviations.
+    three stated standard deviations, or of positions on the ground within the ellipse that holds
+    as many.
     """
     source.check(
         "truth", "identity", "uav_velocity", "predicted", "estimated", "estimated_cov", "present"
@@ -42,8 +47,9 @@ def forecast(source: Source) -> FigureData:
     made = origins(source)
     found = forecast_errors(source.result.isel(slot=source.stretch), source.scenario, made)
     slots = f"slot {made[0]}" if len(made) == 1 else f"slots {made[0]} to {made[-1]}"
+    shown = _ON_GROUND if source.scenario.geometry == "ground" else _PANELS
     return FigureData(
-        "forecast", source.title, (*(_errors(source, found, *one) for one in _PANELS),
+        "forecast", source.title, (*(_errors(source, found, *one) for one in shown),
                                    _shares(source, found)),
         f"{source.setting()}; forecasts made in {slots}",
         size=(7.16, 2.6), band="95 % band of the stated error",
@@ -101,7 +107,8 @@ def _errors(
 
 
 def _shares(source: Source, found: xr.Dataset) -> Panel:
-    part = found["inside"].sel(quantity="angle")
+    on_ground = source.scenario.geometry == "ground"
+    part = found["inside"].sel(quantity="position" if on_ground else "angle")
     series = [
         Series(name, found["horizon"].values, 100.0 * part.sel(scheme=name).values,
                look=source.looks[name])
@@ -109,6 +116,7 @@ def _shares(source: Source, found: xr.Dataset) -> Panel:
     ]  # fmt: skip
     lowest = min([_LEAST_SHARE, *(float(np.nanmin(one.y)) for one in series if not one.empty)])
     room = 0.06 * (100.0 - lowest)
-    y = Axis(f"Angles inside ±{SIGMAS:g}σ", "%", limits=(lowest - room, 100.0 + room))
+    words = "Positions inside the ellipse" if on_ground else f"Angles inside ±{SIGMAS:g}σ"
+    y = Axis(words, "%", limits=(lowest - room, 100.0 + room))
     guides = (Guide("y", _EXPECTED_SHARE, look=Look("0.25")),)
     return Panel(_axis(found), y, tuple(series), guides=guides, empty="no forecast")

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from echobeam.physics.background import SURROUNDINGS
 from echobeam.scenario.tables import LINEAR_KEYS, PLANAR_KEYS, ObjectTable, UavTable
 
 _ROAD_KEYS = {
@@ -67,7 +66,7 @@ def check_geometry(scenario: Any) -> None:
 
 
 def check_background(scenario: Any) -> None:
-    """Refuse a background channel without signals, or at a height that it is not stated for.
+    """Refuse a background channel without signals.
 
     Raises
     ------
@@ -75,18 +74,10 @@ def check_background(scenario: Any) -> None:
         Names the key, its value and what is expected.
     """
     name = scenario.radar.background
-    if name == "none":
-        return
-    if scenario.radar.model != "signal":
+    if name != "none" and scenario.radar.model != "signal":
         raise ValueError(
             f'radar.background: {name!r} needs echo signals; expected "none", or radar.model = '
             '"signal"'
-        )
-    around, height = SURROUNDINGS[name], scenario.uav.start(scenario.geometry)[2]
-    if not around.lowest < height <= around.highest:
-        raise ValueError(
-            f"radar.background: {name!r} is stated for heights above {around.lowest:g} and up to "
-            f"{around.highest:g} m; the UAV starts {height:g} m high"
         )
 
 

@@ -14,7 +14,8 @@ from echobeam.scenario.model import Scenario
 from echobeam.schemes.base import System
 from echobeam.schemes.configure import system_for
 from echobeam.tracking.evolution import evolution_jacobian, evolve
-from echobeam.values import NOBODY, Array, BoolArray, IntArray
+from echobeam.tracking.plane import PlaneMotion
+from echobeam.values import NOBODY, Array, BoolArray, IntArray, UavState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +28,9 @@ SIGMAS = 3.0
 
 QUANTITIES = (*POLAR.names, "position")
 """Quantities that are forecast; the position is that in the vertical plane above the road."""
+
+ON_GROUND = ("position", "velocity")
+"""The same of objects on the ground in two dimensions."""
 
 CHUNK = 128
 
@@ -75,9 +79,16 @@ def forecasts(
     speed = np.hypot(uav_velocity[:, 0], uav_velocity[:, 2])
     heading = np.arctan2(uav_velocity[:, 2], uav_velocity[:, 0])
     process = np.diag([settings.angle_std, settings.distance_std, settings.velocity_std]) ** 2
+    on_ground = PlaneMotion(duration, settings.velocity_std) if system.geometry.axes > 1 else None
     for horizon in range(1, most + 1):
         left = int(np.sum(origins + horizon < len(speed)))
         mean, cov = mean[..., :left, :, :], cov[..., :left, :, :, :]
+        if on_ground is not None:  # whose motion does not depend on the UAV's
+            nowhere = UavState(np.zeros(3), np.zeros(3))
+            cov = propagate(cov, on_ground.jacobian(mean, nowhere), on_ground.noise())
+            mean = on_ground.step(mean, nowhere)
+            yield Forecast(horizon, mean, cov)
+            continue
         flown = origins[:left] + horizon - 1
         motion = speed[flown, None], heading[flown, None], duration, settings.evolution
         with np.errstate(all="ignore"):  # a lost track may pass through the UAV
@@ -161,7 +172,9 @@ def forecast_errors(
     origins = np.asarray(slots[:-1] if made_in is None else made_in, dtype=np.int64) - 1
     reach = len(slots) - 1 if made_in is None else int(slots[-1]) - made_in[-1]
     most = min(MOST_SLOTS, reach)
-    shape = (result.sizes["scheme"], most, len(QUANTITIES))
+    on_ground = scenario.geometry == "ground"
+    quantities = ON_GROUND if on_ground else QUANTITIES
+    shape = (result.sizes["scheme"], most, len(quantities))
     sums = {name: np.zeros(shape) for name in ("square", "variance", "inside", "fourth", "count")}
     for scheme, part in _predicting(result):
         truth = np.where(
@@ -181,9 +194,10 @@ def forecast_errors(
     count = np.where(sums["count"] > 0, sums["count"], np.nan)
     dims = ("scheme", "horizon", "quantity")
     fourth = np.where(sums["fourth"] > 0, sums["fourth"], np.nan)
+    units = {"units": "m, m/s" if on_ground else "rad, m, m/s, m"}
     data = {
-        "rmse": (dims, np.sqrt(sums["square"] / count), {"units": "rad, m, m/s, m"}),
-        "promised": (dims, np.sqrt(sums["variance"] / count), {"units": "rad, m, m/s, m"}),
+        "rmse": (dims, np.sqrt(sums["square"] / count), units),
+        "promised": (dims, np.sqrt(sums["variance"] / count), units),
         "inside": (dims, sums["inside"] / count, {"units": "1"}),
         "degrees": (dims, sums["variance"] ** 2 / fourth, {"units": "1"}),
         "count": (dims[:2], sums["count"][..., 0], {"units": "1"}),
@@ -191,7 +205,7 @@ def forecast_errors(
     coords = {
         "scheme": result["scheme"].values,
         "horizon": np.arange(1, most + 1),
-        "quantity": list(QUANTITIES),
+        "quantity": list(quantities),
     }
     return xr.Dataset(data, coords)
 
@@ -224,7 +238,8 @@ def _examine(
     for one in forecasts(mean[:, at], cov[:, at], at, most, uav_velocity, system):
         began = at[: one.mean.shape[1]]
         due = began + one.horizon
-        square, variance, inside = _compare(one, truth[:, due])
+        compare = _compare if system.geometry.axes == 1 else _compare_on_ground
+        square, variance, inside = compare(one, truth[:, due])
         stayed = (gone[:, due] == gone[:, began])[..., None]
         sound = np.isfinite(square) & (variance > 0)
         counted = stayed & sound.all(axis=-1, keepdims=True)
@@ -280,3 +295,18 @@ def same_object(identity: IntArray) -> BoolArray:
     """
     same: BoolArray = (np.diff(identity, axis=-2) == 0) & (identity[..., 1:, :] != NOBODY)
     return same
+
+
+def _compare_on_ground(forecast: Forecast, truth: Array) -> tuple[Array, Array, BoolArray]:
+    """Return the same of the vectors of position and velocity, ``(..., quantity)``."""
+    error = forecast.mean - truth
+    parts = []
+    for pair in (slice(0, 2), slice(2, 4)):
+        x, y = np.moveaxis(error[..., pair], -1, 0)
+        spread = forecast.cov[..., pair, pair]
+        xx, xy, yy = spread[..., 0, 0], spread[..., 0, 1], spread[..., 1, 1]
+        room = plane_sigmas() ** 2 * (xx * yy - xy**2)
+        inside = yy * x**2 - 2.0 * xy * x * y + xx * y**2 <= room
+        parts.append((x**2 + y**2, xx + yy, inside))
+    square, variance, within = (np.stack(each, axis=-1) for each in zip(*parts, strict=True))
+    return square, variance, within.astype(np.bool_)

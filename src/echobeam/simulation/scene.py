@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from echobeam.physics.background import SURROUNDINGS
 from echobeam.physics.coordinates import Geometry
 from echobeam.physics.flight import FlightPath, StraightFlight, Waypoints
 from echobeam.physics.motion import Flight
 from echobeam.physics.variance_law import VarianceLaw
+from echobeam.scenario.checking import ScenarioError
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import geometry_of, variance_law
 from echobeam.simulation.grid import check_unambiguous
@@ -48,7 +50,8 @@ def scene_of(scenario: Scenario) -> Scene:
     TraceError
         If the trace cannot be used.
     ScenarioError
-        If the waveform folds the delay or the Doppler shift of an object present in the first slot.
+        If the waveform folds the delay or the Doppler shift of an object present in the first slot,
+        or the background channel is not stated for the UAV's height.
     """
     geometry = geometry_of(scenario)
     if scenario.geometry == "ground":
@@ -66,9 +69,22 @@ def _check_signal(scenario: Scenario, geometry: Geometry, mover: Mover, flight: 
     """Refuse objects of the first slot that the waveform of a signal folds."""
     if scenario.radar.model != "signal":
         return
+    _check_background(scenario)
     ground, uav = mover.begin(), flight.at(0)
     state = geometry.exact(ground.position, ground.velocity, uav)
     check_unambiguous(scenario, geometry.ideal(state, uav, scenario.radio.carrier))
+
+
+def _check_background(scenario: Scenario) -> None:
+    """Refuse a height for which the standard does not state its background channel."""
+    around = SURROUNDINGS.get(scenario.radar.background)
+    height = scenario.uav.start(scenario.geometry)[2]
+    if around is not None and not around.lowest < height <= around.highest:
+        raise ScenarioError(
+            f"{scenario.name}: radar.background: {scenario.radar.background!r} is stated for "
+            f"heights above {around.lowest:g} and up to {around.highest:g} m; the UAV starts "
+            f"{height:g} m high"
+        )
 
 
 def ground_flight(scenario: Scenario) -> FlightPath:
