@@ -229,7 +229,7 @@ def test_an_interruption_is_one_message_and_ends_every_process(tmp_path):
     os.killpg(run.pid, signal.SIGINT)
     out, err = run.communicate(timeout=ENDLESS)
     assert (run.returncode, out) == (1, "")
-    assert err.count("\n") == 1
+    assert err.count("\n") == 1, err
     assert err.startswith("echobeam: interrupted; ")
     assert "continue with --resume" in err
     wait_for(lambda: all(gone(child) for child in children))
