@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from echobeam.values import Array, BoolArray, IntArray
@@ -57,13 +59,18 @@ def ellipse_grid(directions: Array, covers: Array, resolution: float) -> tuple[A
     inside, steps = _lattice(covers, resolution)
     order = np.argsort(~inside, axis=-1, kind="stable")[..., : _most(inside)]
     own = np.take_along_axis(inside, order, axis=-1)
-    turns = 2.0 * np.pi * np.arange(EDGE_POINTS) / EDGE_POINTS
-    circle = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    edge = circle @ np.swapaxes(square_root(covers), -1, -2)
+    edge = _circle() @ np.swapaxes(square_root(covers), -1, -2)
     lattice = np.where(own[..., np.newaxis], steps[order] * resolution, 0.0)
     grid = directions[..., np.newaxis, :] + np.concatenate([edge, lattice], axis=-2)
     mask = np.concatenate([np.ones((*own.shape[:-1], EDGE_POINTS), dtype=bool), own], axis=-1)
     return grid, mask
+
+
+@cache
+def _circle() -> Array:
+    """Return the points of the unit circle that stand for an edge, ``(EDGE_POINTS, 2)``."""
+    turns = 2.0 * np.pi * np.arange(EDGE_POINTS) / EDGE_POINTS
+    return np.stack([np.cos(turns), np.sin(turns)], axis=-1)
 
 
 def ellipse_neighbours(covers: Array, resolution: float) -> IntArray:
@@ -107,6 +114,7 @@ def _most(inside: BoolArray) -> int:
     return int(inside.sum(axis=-1).max(initial=0))
 
 
+@cache
 def disc_nodes(degree: int) -> Array:
     """Return points of the unit disc on which polynomials of a total degree are well determined.
 
@@ -121,7 +129,7 @@ def disc_nodes(degree: int) -> Array:
     Returns
     -------
     Array
-        ``((n + 1) (n + 2) / 2, 2)``.
+        ``((n + 1) (n + 2) / 2, 2)``, not to be written to.
     """
     rings = np.arange(1, degree // 2 + 2)
     zeros = np.cos((2 * rings - 1) * np.pi / (2 * (degree + 1)))
@@ -133,7 +141,9 @@ def disc_nodes(degree: int) -> Array:
         count = 2 * degree + 5 - 4 * ring
         turns = 2.0 * np.pi * np.arange(count) / count
         nodes.append(radius * np.stack([np.cos(turns), np.sin(turns)], axis=-1))
-    return np.concatenate(nodes)
+    found = np.concatenate(nodes)
+    found.flags.writeable = False
+    return found
 
 
 def spread_points(grid: Array, directions: Array, covers: Array, degree: int) -> IntArray:

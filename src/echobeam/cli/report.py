@@ -120,7 +120,7 @@ def text_report(
         lines.append(f"slots with fallback beams (rate floors out of reach, or flat beams): {said}")
     lost = {name: figure.lost for name, figure in figures.items() if figure.lost > 0}
     if lost:
-        said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in lost.items())
+        said = ", ".join(f"{name} {100 * share:.3g} %" for name, share in lost.items())
         lines.append(f"objects without a track in the last slot: {said}")
     lines += _notes(figures, scenario)
     taken = milliseconds(decisions or {})

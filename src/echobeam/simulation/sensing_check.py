@@ -277,7 +277,7 @@ class _Setup:
         pair[:, axis] += 0.5 * apart * np.array([-1.0, 1.0])
         most = 0.999 * np.sqrt(1.0 - self.direction[1 - axis] ** 2)
         pair[:, axis] -= max(0.0, pair[:, axis].max() - most)
-        pair[:, axis] += max(0.0, -most - pair[:, axis].min())
+        pair[:, axis] = np.maximum(pair[:, axis], -most)
         return pair
 
     def _signal(
