@@ -123,6 +123,7 @@ def summary(made: Traffic, kind: str) -> list[str]:
     road = kind == "road"
     across = "" if road else f", y from {south:.1f} to {north:.1f} m"
     scenario, origin = ("traffic", "0") if road else ("ground-traffic", "'[0, 0]'")
+    start = "" if road else " --set trace.start='0 s'"
     name = shlex.quote(str(made.path))
     return [
         f"{made.vehicles} vehicle{'s' * (made.vehicles != 1)} in {made.duration:g} s, "
@@ -130,5 +131,5 @@ def summary(made: Traffic, kind: str) -> list[str]:
         f"speeds {made.slowest:.1f} to {made.fastest:.1f} m/s, mean {made.mean_speed:.1f} m/s; "
         f"x from {low:.1f} to {high:.1f} m{across}",
         f"trace: {made.path}",
-        f"run it: echobeam run {scenario} --trace {name} --set trace.origin={origin}",
+        f"run it: echobeam run {scenario} --trace {name} --set trace.origin={origin}{start}",
     ]
