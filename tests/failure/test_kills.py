@@ -121,10 +121,11 @@ def kill_and_resume(fork, arguments, place, kills, generator, tally):
         while process.is_alive() and blocks(place) < enough:
             time.sleep(0.002)
         process.join(generator.uniform(0.0, 0.1))
-        with suppress(ProcessLookupError):  # it has ended, and nobody here had to wait for it
-            os.kill(process.pid, signal.SIGKILL)  # alone: workers must end by themselves
-            tally.kills += 1
-            tally.between += blocks(place) > 0
+        if process.is_alive():
+            with suppress(ProcessLookupError):  # it ends by itself just now
+                os.kill(process.pid, signal.SIGKILL)  # alone: workers must end by themselves
+                tally.kills += 1
+                tally.between += blocks(place) > 0
         process.join(ENDLESS)
     finish(fork, [*arguments, "--resume"], place)
 
