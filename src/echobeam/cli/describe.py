@@ -137,8 +137,8 @@ def _on_road(scenario: Scenario) -> dict[str, str]:
         "array": f"{array.n_tx} antennas send, {array.receivers} receive, {array.spacing:g} "
         f"wavelengths apart, {array.axis} (phase by the {follows} of the angle), "
         f"{scenario.radio.carrier / 1e9:g} GHz",
-        "UAV": f"{uav.height:g} m high, {uav.speed:g} m/s at {degrees(uav.heading)} degrees above "
-        "the horizontal",
+        "UAV": f"{uav.height:g} m high, {uav.speed:g} m/s at {degrees(uav.heading)} degrees "
+        "from the horizontal (-90 descends)",
         "filter": f"{believed.evolution} evolution, process noise per slot "
         f"{degrees(believed.angle_std)} degrees, {believed.distance_std:g} m, "
         f"{believed.velocity_std:g} m/s; {prior}",

@@ -50,6 +50,8 @@ def command(
 ) -> None:
     r"""Check the receiver of SCENARIO: RMSE of each estimator against the Cramer-Rao bounds.
 
+    Above a road the direction is an angle, on the ground it is the two cosines u and v.
+
     \b
     echobeam sense paper-signal --trials 200
     echobeam sense paper-signal --mode omni --set radar.symbols=32 --out omni.pdf

@@ -25,6 +25,7 @@ _ON_GROUND = (
     ("velocity", "Velocity error, RMS", "m/s", 1.0),
 )
 _EXPECTED_SHARE = 99.73
+_EXPECTED = Look("0.25")
 _LEAST_SHARE = 98.0
 
 
@@ -53,7 +54,8 @@ def forecast(source: Source) -> FigureData:
                                    _shares(source, found)),
         f"{source.setting()}; forecasts made in {slots}",
         size=(7.16, 2.6), band="95 % band of the stated error",
-        key=(("stated by the covariances", Look(FAINT, "", DOTTED)),),
+        key=(("stated by the covariances", Look(FAINT, "", DOTTED)),
+             (f"{_EXPECTED_SHARE:g} %, expected of a Gaussian error", _EXPECTED)),
     )  # fmt: skip
 
 
@@ -118,5 +120,5 @@ def _shares(source: Source, found: xr.Dataset) -> Panel:
     room = 0.06 * (100.0 - lowest)
     words = "Positions inside the ellipse" if on_ground else f"Angles inside ±{SIGMAS:g}σ"
     y = Axis(words, "%", limits=(lowest - room, 100.0 + room))
-    guides = (Guide("y", _EXPECTED_SHARE, look=Look("0.25")),)
+    guides = (Guide("y", _EXPECTED_SHARE, look=_EXPECTED),)
     return Panel(_axis(found), y, tuple(series), guides=guides, empty="no forecast")

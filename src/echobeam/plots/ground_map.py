@@ -52,7 +52,7 @@ def ground_map(source: Source) -> FigureData:
         _panel(run, index, shown, Field("SNR on the ground", "dB", x, y, one, levels))
         for index, one in zip(chosen, strengths, strict=True)
     )
-    key = [("true path", Look(BLACK)), ("estimated position", _ESTIMATED),
+    key = [("true path (arrow: heading)", Look(BLACK)), ("estimated position", _ESTIMATED),
            (f"{100 * SHARE:g} % region of the prediction", Look("0.3", RING, ""))]  # fmt: skip
     if any(run.has_cover(index, k) for index in chosen for k in shown):
         key.append((run.cover_words, Look(BLACK, "", COVER)))
