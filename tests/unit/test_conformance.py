@@ -17,10 +17,26 @@ from echobeam.testing import check_scheme
 from echobeam.testing.conformance import ConformanceError
 
 
+@pytest.mark.parametrize("geometry", ["road", "ground"])
 @pytest.mark.parametrize("name", available())
 @pytest.mark.slow
-def test_registered_schemes_keep_the_rules(name):
-    check_scheme(name)
+def test_registered_schemes_keep_the_rules(name, geometry):
+    check_scheme(name, geometry)
+
+
+@pytest.mark.parametrize("geometry", ["road", "ground"])
+@pytest.mark.slow
+def test_a_function_keeps_the_rules_in_either_geometry(geometry):
+    def even(prior, view):
+        """Matched beams at the prediction, with equal shares of the power."""
+        system, axes = view.system, view.system.geometry.axes
+        place = system.geometry.place(prior.mean, view.uav)
+        aimed = np.where(prior.known[..., None], place, 0.1)
+        toward = aimed[..., 0] if axes == 1 else aimed[..., :2]
+        power = system.radio.power / max(prior.known.shape[1], 1) / system.transmitter.n
+        return np.sqrt(power) * system.transmitter.steering(toward)
+
+    check_scheme(even, geometry)
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from echobeam.physics.coordinates import cover_shape
 from echobeam.schemes.base import Scheme, SchemeError, View
 from echobeam.schemes.beamers import Aim, Beams
 from echobeam.schemes.failures import failure, users_traceback, written_at
@@ -59,12 +60,13 @@ class FunctionBeamer:
         except (TypeError, ValueError):
             raise SchemeError(
                 f"scheme {self.name!r} returned beams of shape {np.shape(given)} in slot "
-                f"{view.slot}; expected (..., K, n_tx), here {shape}"
+                f"{view.slot}; expected (..., K, N), here {shape}"
             ) from None
         served = (prior.known & aim.active[:, None])[..., None]
+        cover = cover_shape(view.system.geometry.axes)
         return Beams(
             np.where(served, beams, 0.0),
-            np.full(prior.status.shape, np.nan),
+            np.full((*prior.status.shape, *cover), np.nan),
             np.zeros(shape[:-2], dtype=bool),
         )
 
@@ -83,8 +85,8 @@ def scheme(name: str) -> Callable[[F], F]:
     >>> @eb.scheme("mine")
     ... def mine(prior, view):
     ...     angle = prior.mean[..., 0]            # (trials, K) rad, NaN where not known
-    ...     n_tx = view.system.array.n_tx
-    ...     return ...                            # (trials, K, n_tx) complex, sqrt(power)
+    ...     N = view.system.transmitter.n         # weights of a beam
+    ...     return ...                            # (trials, K, N) complex, sqrt(power)
     """
 
     def mark(function: F) -> F:

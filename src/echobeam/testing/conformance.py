@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.physics.polar import POLAR
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import ConfiguredScheme, configure
 from echobeam.simulation.loop import SlotRecord, run_slots
 from echobeam.simulation.movers import Ground, Kinematic, Mover
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import World, begin
-from echobeam.values import NOBODY, UavState
+from echobeam.values import NOBODY, StateSpace, UavState
 
 Numbers = npt.NDArray[np.float64] | npt.NDArray[np.complex128]
 
@@ -98,7 +98,7 @@ BENDS = {
 """Changes of nature, by their names in messages; mover and slot are filled in."""
 
 
-def check_scheme(scheme: str | object) -> None:
+def check_scheme(scheme: str | object, geometry: Literal["road", "ground"] = "road") -> None:
     """Examine a scheme on small scenarios with no, one and several objects.
 
     Its beams must be finite and within the power, whatever is known; the same seed must give the
@@ -114,6 +114,8 @@ def check_scheme(scheme: str | object) -> None:
     scheme
         A name, with parameters or without, ``path/to/file.py:name``, a function
         ``(prior, view) -> beams`` or a whole scheme.
+    geometry
+        Objects on a road below a linear array, or on the ground below a planar one.
 
     Raises
     ------
@@ -121,7 +123,7 @@ def check_scheme(scheme: str | object) -> None:
         Name the rule that is broken.
     """
     for n_objects in (0, 1, 3):
-        scenario = small_scenario(n_objects)
+        scenario = small_scenario(n_objects, geometry=geometry)
         found = configure(scenario, scheme)
         if not found.name or not isinstance(found.name, str):
             raise ConformanceError("a scheme needs a name: a text that is not empty")
@@ -138,25 +140,41 @@ def check_scheme(scheme: str | object) -> None:
                 if not found.scheme.omniscient:
                     _check_first_detections(found, bent)
         if n_objects and not found.scheme.omniscient:
-            _check_measured(found, n_objects)
+            _check_measured(found, scenario)
 
 
-def small_scenario(n_objects: int, variance: str = "predicted") -> Scenario:
+def small_scenario(n_objects: int, geometry: Literal["road", "ground"] = "road") -> Scenario:
     """Return two short frames with a small array and some objects."""
-    angles = np.linspace(0.8, 2.2, n_objects) if n_objects != 1 else np.array([1.1])
+    setting = _ground(n_objects) if geometry == "ground" else _road(n_objects)
     return Scenario.model_validate(
         {
             "name": f"conformance-{n_objects}",
-            "array": {"n_tx": 8},
+            "geometry": geometry,
             "radio": {"power": 10.0},
-            "radar": {"variance": variance},
-            "uav": {"height": 100.0, "speed": 15.0},
-            "objects": [{"angle": angle, "velocity": 10.0} for angle in angles],
             "frame": {"slots_per_frame": 4, "frames": 2},
             "filter": {"velocity_prior": 30.0},
             "coverage": {"ripple": 0.8, "resolution": 0.02},
+            **setting,
         }
     )
+
+
+def _road(n_objects: int) -> dict[str, object]:
+    angles = np.linspace(0.8, 2.2, n_objects) if n_objects != 1 else np.array([1.1])
+    return {
+        "array": {"n_tx": 8},
+        "uav": {"height": 100.0, "speed": 15.0},
+        "objects": [{"angle": angle, "velocity": 10.0} for angle in angles],
+    }
+
+
+def _ground(n_objects: int) -> dict[str, object]:
+    places = np.linspace(-40.0, 50.0, n_objects) if n_objects != 1 else np.array([45.0])
+    return {
+        "array": {"kind": "planar", "rows": 3, "columns": 4, "facing": "down"},
+        "uav": {"position": [0.0, 0.0, 100.0], "velocity": [15.0, 0.0, 0.0]},
+        "objects": [{"position": [x, 0.4 * x], "velocity": [10.0, 3.0]} for x in places],
+    }
 
 
 def bent_world(world: World, mover: Mover) -> World:
@@ -260,16 +278,16 @@ class Elsewhere:
         return self.mover.advance(ground, slot, uav, seed, trials)
 
 
-def _check_measured(scheme: ConfiguredScheme, n_objects: int) -> None:
+def _check_measured(scheme: ConfiguredScheme, scenario: Scenario) -> None:
     """Check that what follows the truth follows the measurements too: estimates and beams."""
-    scene = scene_of(small_scenario(n_objects, variance="known"))
+    scene = scene_of(scenario.replace({"radar.variance": "known"}))
     elsewhere = replace(scene, mover=Elsewhere(scene.mover))
     records, other_noise, other_truth = (
         list(run_slots(begin(where, seed, TRIALS), scheme))
         for where, seed in ((scene, SEED), (scene, OTHER_SEED), (elsewhere, SEED))
     )
     for one, noise, truth in zip(records, other_noise, other_truth, strict=True):
-        for what, values in _followers(one, noise, truth).items():
+        for what, values in _followers(scene.geometry.space, one, noise, truth).items():
             by_noise, by_truth = _changes(*values)
             if by_noise < INSENSITIVE * by_truth:
                 raise ConformanceError(
@@ -278,10 +296,10 @@ def _check_measured(scheme: ConfiguredScheme, n_objects: int) -> None:
                 )
 
 
-def _followers(*records: SlotRecord) -> dict[str, list[Numbers]]:
+def _followers(space: StateSpace, *records: SlotRecord) -> dict[str, list[Numbers]]:
     """Return what depends on measurements, by name: every estimated component, and the beams."""
     found: dict[str, list[Numbers]] = {"beams": [record.beam for record in records]}
-    for place, name in enumerate(POLAR.names):
+    for place, name in enumerate(space.names):
         found[f"estimates of {name}"] = [record.estimated[..., place] for record in records]
     return found
 
