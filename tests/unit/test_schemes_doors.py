@@ -89,7 +89,7 @@ def test_unserved_objects_have_rate_zero(file):
             r"mine.py, line 22, in raising: KeyError: 'no such thing' "
             r"\(scheme 'raising', transmit of slot 2, trial 0\)",
         ),
-        ("shapeless", r"expected \(..., K, n_tx\)"),
+        ("shapeless", r"expected \(..., K, N\)"),
     ],
 )
 def test_a_scheme_that_breaks_the_rules_is_named(file, name, word):

@@ -57,3 +57,11 @@ def test_slots_after_the_first_have_neither_a_bound_nor_the_headline(whole):
     np.testing.assert_allclose(ratios[1], ratios[0][:6])
     assert np.isnan(ratios[2]).all()
     np.testing.assert_allclose(rmse(parts[2], "angle"), rmse(parts[0], "angle")[4:])
+
+
+def test_trials_have_numbers_which_a_cut_result_keeps(whole):
+    np.testing.assert_array_equal(whole.coords["trial"], [0, 1, 2])
+    np.testing.assert_array_equal(whole.isel(trial=[2]).coords["trial"], [2])
+    assert disorder(whole.isel(trial=[2])) == ""
+    named = whole.assign_coords(trial=["a", "b", "c"])
+    assert disorder(named) == "its trials are a, b, c; expected whole numbers"

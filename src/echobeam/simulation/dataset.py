@@ -178,12 +178,17 @@ def sizes_of(scenario: Scenario) -> dict[str, int]:
 
 
 def coordinates(
-    scenario: Scenario, names: Sequence[str], phase: AnyArray
+    scenario: Scenario, names: Sequence[str], trials: int, phase: AnyArray
 ) -> dict[str, tuple[tuple[str, ...], AnyArray, dict[str, str]]]:
     """Return the coordinates of a result: name to dimensions, values and attributes."""
     slots, geometry = np.arange(scenario.n_slots), geometry_of(scenario)
     made = {
         "scheme": (("scheme",), np.array(names, dtype=str), {"units": "1", "long_name": "scheme"}),
+        "trial": (
+            ("trial",),
+            np.arange(trials),
+            {"units": "1", "long_name": "trial, counted from 0"},
+        ),
         "slot": (("slot",), slots + 1, {"units": "1", "long_name": "slot, counted from 1"}),
         "time": (
             ("slot",),
@@ -208,7 +213,7 @@ def coordinates(
         "axis": (
             ("axis",),
             np.array(AXIS_NAMES),
-            {"units": "1", "long_name": "along the road, across it, up"},
+            {"units": "1", "long_name": "x, y, z: along the road and across it, or over the ground, and up"},
         ),
         "part": (
             ("part",),
@@ -272,8 +277,9 @@ def as_dataset(
         data[name] = xr.Variable(variable.dims, values, variable.attributes)
     mode = data["mode"].values
     phase = phases(mode.min(axis=1), mode.max(axis=1))
+    trials = mode.shape[1]
     coords = {
         name: xr.Variable(*parts)
-        for name, parts in coordinates(scene.scenario, names, phase).items()
+        for name, parts in coordinates(scene.scenario, names, trials, phase).items()
     }
     return xr.Dataset(data, coords, attributes(scene.scenario, seed, scene.mover.names))

@@ -46,6 +46,7 @@ def disorder(result: xr.Dataset) -> str:
             return f"nothing along the dimension {dim}"
     return (
         _disorder_of_schemes(result)
+        or _disorder_of_trials(result)
         or _disorder_of_slots(result)
         or _disorder_of_parts(result)
         or _disorder_of_antennas(result)
@@ -73,6 +74,13 @@ def _disorder_of_schemes(result: xr.Dataset) -> str:
         return f"a scheme is named {other!r}; expected texts"
     twice = next((name for name in names if names.count(name) > 1), None)
     return "" if twice is None else f"scheme {twice!r} is there twice"
+
+
+def _disorder_of_trials(result: xr.Dataset) -> str:
+    trials = np.asarray(result["trial"].values)
+    if np.issubdtype(trials.dtype, np.integer):
+        return ""
+    return f"its trials are {', '.join(map(str, trials[:4].tolist()))}; expected whole numbers"
 
 
 def _disorder_of_slots(result: xr.Dataset) -> str:

@@ -72,7 +72,7 @@ def write_result(
             check()
         lowest, highest = (np.stack(each) for each in zip(*extremes, strict=True))
         phase = phases(lowest.min(axis=0), highest.max(axis=0))
-        for name, (dims, values, attrs) in coordinates(scenario, names, phase).items():
+        for name, (dims, values, attrs) in coordinates(scenario, names, trials, phase).items():
             _write_variable(file, name, dims, values, attrs)
 
 
