@@ -264,7 +264,7 @@ def test_the_page_has_every_variable_as_it_is_written() -> None:
 
 
 def test_the_page_has_every_coordinate() -> None:
-    made = coordinates(load_scenario("paper-single"), ["a"], np.array([["omni"]]))
+    made = coordinates(load_scenario("paper-single"), ["a"], 1, np.array([["omni"]]))
     rows = {code(row[0]): row[1] for row in tables(page("results"), "Coordinate")}
     assert rows == {name: ", ".join(dims) for name, (dims, _, _) in made.items()}
 

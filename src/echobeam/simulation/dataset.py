@@ -213,7 +213,7 @@ def coordinates(
         "axis": (
             ("axis",),
             np.array(AXIS_NAMES),
-            {"units": "1", "long_name": "x, y, z: along the road and across it, or over the ground, and up"},
+            {"units": "1", "long_name": "x along the road, y across it, z up"},
         ),
         "part": (
             ("part",),
