@@ -173,7 +173,7 @@ class SchemeOfParts:
         measured = np.isfinite(square)
         sigma = np.sqrt(np.where(measured, square, 0.0))
         spread = np.where(measured, sigma, prior.spread)
-        looked = (view.mode != Mode.DIRECTIONAL)[:, None]
+        looked = np.asarray(view.mode != Mode.DIRECTIONAL)[:, None]
         answered = measured if measured.ndim == looked.ndim else measured.any(axis=-1)
         unanswered = np.where(answered, 0, prior.unanswered + looked)
         return PartsBelief(own, self._tracks(own, "update", view), prior.last, spread, unanswered)
