@@ -114,6 +114,11 @@ def test_the_check_of_a_planar_receiver_is_printed_and_written(tmp_path):
     assert {name: None in found[name]["glrt"] for name in "uv"} == {"u": False, "v": True}
 
 
+def test_an_object_behind_the_array_has_no_check_of_estimators():
+    with pytest.raises(eb.ScenarioError, match="the first object is behind the array"):
+        eb.sense("ground", trials=2, set={"array.facing": [0, 0, 1]}, quiet=True)
+
+
 def test_two_polarisations_have_no_check_of_estimators():
     with pytest.raises(eb.ScenarioError, match=r"array\.polarisations: 2 is not"):
         eb.sense("ground", trials=2, set={"array.polarisations": 2}, quiet=True)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import types
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -76,6 +77,18 @@ def test_a_run_is_the_shells_bit_for_bit(tmp_path):
     for name in eb.simulate("paper-multi", ["omni"], 1):
         np.testing.assert_array_equal(simulated[name].values, expected_values(name))
     assert (tmp_path / "paper-multi.nc").is_file()
+
+
+def test_a_result_has_the_name_of_the_scenarios_file(tmp_path):
+    """An edited copy may have kept the name inside."""
+    scenario = eb.load_scenario("paper-single", {"frame.frames": 1})
+    Path("mine.v2.toml").write_text(scenario.to_toml(), encoding="utf-8")
+    eb.run("mine.v2.toml", scheme="omni", trials=1).close()
+    eb.run(scenario, scheme="omni", trials=1).close()
+    eb.run("paper-multi", scheme="omni", trials=1, set={"name": "renamed"}).close()
+    assert {path.name for path in tmp_path.glob("*.nc")} == {
+        "mine.v2.nc", "paper-single.nc", "renamed.nc",
+    }  # fmt: skip
 
 
 def expected_values(name):

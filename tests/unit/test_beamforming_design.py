@@ -8,6 +8,7 @@ from echobeam.beamforming.design import design_batch, design_beams
 from echobeam.beamforming.methods import METHODS
 from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
+from echobeam.physics.planar import PlanarArray
 
 from ..problems import problem_batch
 
@@ -204,3 +205,20 @@ def test_a_problem_with_other_values_is_checked_as_a_new_one():
         problem.replace(angles=[75, 135])
     with pytest.raises(ProblemError, match="n_tx must be a whole number"):
         BeamProblem([1.3], [100], [0.05], 3, 0, 1, 1, True)
+
+
+def test_one_value_stands_for_all_objects_and_one_angle_is_one_object():
+    alone = BeamProblem(1.3, 103.5, 0.05, 2, 0, 1, 1, 30)
+    assert alone.n_objects == 1
+    once = BeamProblem([1.3, 2.0], 103.5, 0.05, 2, 0, 1, 1, 30)
+    each = BeamProblem([1.3, 2.0], [103.5] * 2, [0.05] * 2, [2] * 2, [0] * 2, 1, 1, 30)
+    np.testing.assert_array_equal(design_beams(once).beams, design_beams(each).beams)
+    array, cover = PlanarArray(4, 4), np.diag([0.01, 0.02])
+    assert BeamProblem([0.1, 0.2], 9.0, cover, 2, 0, 1, 1, array=array).n_objects == 1
+    pairs = [[0.1, 0.2], [0.0, -0.3]]
+    once = BeamProblem(pairs, 9.0, cover, 2, 0, 1, 1, array=array)
+    np.testing.assert_array_equal(once.coverage_halfwidths, [cover, cover])
+    with pytest.raises(ProblemError, match=r"distances must be of shape \(2,\) or a scalar"):
+        BeamProblem(pairs, [1.0, 2.0, 3.0], cover, 2, 0, 1, 1, array=array)
+    with pytest.raises(ProblemError, match=r"angles must be of shape \(K, 2\) or \(2,\)"):
+        BeamProblem(0.1, 9.0, cover, 2, 0, 1, 1, array=array)

@@ -80,7 +80,7 @@ def test_what_is_left_out_or_null_has_its_default() -> None:
         ("distances", [100, 0], ["[100, 0]", "positive"]),
         ("distances", [100], ["[100]", "1 values", "expected 2"]),
         ("coverage_halfwidths_deg", [3, 91], ["91", "90"]),
-        ("coverage_halfwidths_deg", 3, ["3", "list"]),
+        ("coverage_halfwidths_deg", "wide", ["wide", "list"]),
         ("ripple", -0.1, ["-0.1", "at least 0"]),
         ("min_rate", [1, 2, 3], ["3 values", "expected 2"]),
         ("axis", "up", ["up", "vertical", "horizontal"]),
@@ -229,3 +229,29 @@ def test_faults_of_a_planar_document_name_key_and_value(key: str, value: Any, sa
 
 def test_a_byte_order_mark_is_read_over() -> None:
     assert read_problem("\ufeff" + json.dumps(GOOD)).n_tx == 8
+
+
+def test_one_value_stands_for_all_objects_and_one_angle_is_one_object() -> None:
+    once = {"distances": "100 m", "coverage_halfwidths_deg": 3, "min_rate": 0}
+    problem = read_problem(json.dumps({**GOOD, **once}))
+    assert problem.distances.tolist() == [100.0, 100.0]
+    np.testing.assert_allclose(problem.coverage_halfwidths, np.radians([3, 3]), rtol=1e-15)
+    alone = read_problem(json.dumps({**GOOD, **once, "angles_deg": "75 deg"}))
+    assert alone.n_objects == 1
+    assert "expected 1" in _faults(angles_deg=75)[0]
+    planar = {"angles": [0.1, 0.2], "coverage_halfwidths": [[0.01, 0], [0, 0.02]], "distances": 9}
+    problem = read_problem(json.dumps({**PLANAR, **planar}))
+    assert problem.coverage_halfwidths.tolist() == [[[0.01, 0], [0, 0.02]]]
+    problem = read_problem(json.dumps({**PLANAR, **planar, "angles": [[0, 0], [0.1, 0.5]]}))
+    np.testing.assert_array_equal(problem.coverage_halfwidths[0], problem.coverage_halfwidths[1])
+
+
+def test_a_linear_array_may_be_given_whole() -> None:
+    parts = {"n_tx": 8, "spacing": 0.4, "axis": "horizontal"}
+    stated = read_problem(json.dumps({**GOOD, **parts}))
+    whole = {key: value for key, value in GOOD.items() if key != "n_tx"}
+    array = {"n": 8, "spacing": 0.4, "axis": "horizontal"}
+    problem = read_problem(json.dumps({**whole, "array": array}))
+    assert problem.array == stated.array
+    np.testing.assert_array_equal(problem.angles, stated.angles)
+    assert "n_tx: no such key" in _faults(array=array)[0]

@@ -35,9 +35,11 @@ def test_the_quick_selection_exists() -> None:
     assert set(QUICK) <= set(CASES)
 
 
-def test_the_reference_is_run_only_when_asked_for() -> None:
-    usual = [method.name for method in find_methods([], reference=False)]
-    assert not any(name.startswith("cvxpy") for name in usual)
+def test_the_reference_is_run_on_single_problems_and_on_others_when_asked_for() -> None:
+    usual = {method.name: method for method in find_methods([], reference=False)}
+    assert set(METHODS) - set(usual) == {"cvxpy-clarabel"}
+    runs = {name for name in QUICK if usual["cvxpy-scs"].suits(CASES[name].make().batch)}
+    assert runs == {"test-point"}
     assert {method.name for method in find_methods([], reference=True)} == set(METHODS)
     some = [method.name for method in find_methods(["sdp"], reference=True)]
     assert some == ["sdp", "cvxpy-scs", "cvxpy-clarabel"]

@@ -207,7 +207,7 @@ def test_a_method_that_cannot_run_is_left_out_and_says_why() -> None:
     assert result.timed == []
     text = report.table([result])
     assert "absent left out: cvxpy is not installed (pip install cvxpy)" in text
-    assert "large left out: takes minutes at this size; --method large runs it" in text
+    assert "large left out: takes minutes here; --method large runs it" in text
     assert "fast-warm left out: there is no slot before" in text
     assert len(run_case(tiny(), [large], 1, asked=["large"]).timed) == 1
 

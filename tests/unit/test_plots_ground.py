@@ -143,3 +143,21 @@ def test_two_polarisations_have_gains_without_objects():
     nothing = np.zeros((3, 0, 8), dtype=complex)
     sent = Transmission(nothing, np.zeros((3, 0, 8)), np.zeros((3, 8, 8), dtype=complex))
     assert stream_gains(sent, np.zeros((3, 0, 2)), array).shape == (3, 0, 0)
+
+
+@pytest.mark.slow
+def test_many_objects_are_all_drawn_alike():
+    scenario = eb.load_scenario("ground-traffic", {"frame.frames": 1})
+    result = eb.simulate(scenario, schemes=["water-filling"], trials=1, seed=1)
+    one = result.sel(slot=5).isel(trial=0, scheme=0)
+    present = one["present"].values
+    assert present.sum() > 8
+    panel = figure_of("map", result, slots=(5,)).panels[0]
+    marks = series_of(panel, "true positions")
+    np.testing.assert_array_equal(marks.x[np.isfinite(marks.x)], one["truth"].values[present, 0])
+    estimates = series_of(panel, "estimated positions")
+    assert np.isfinite(estimates.y).sum() == np.isfinite(one["estimated"].values[:, 1]).sum()
+    panel = figure_of("patterns", result, slots=(5,)).panels[0]
+    true = [series for series in panel.series if series.name.endswith("true direction")]
+    assert len(true) == present.sum()
+    assert not panel.notes

@@ -44,6 +44,16 @@ def test_means_and_intervals_are_students(result):
     assert figures.frame_rate_q05 == pytest.approx(np.quantile(total.mean(axis=1), 0.05))
 
 
+def test_intervals_of_rates_are_cut_at_zero(result):
+    """One of two trials has no rate: Student's interval would reach far below."""
+    two = result.isel(trial=[0, 1]).copy(deep=True)
+    two["rate"].loc[{"trial": two["trial"][1]}] = 0.0
+    figures = summarise(two, SCENARIO)["water-filling"]
+    assert figures.rate_interval[:, 0].tolist() == [0.0] * 10
+    assert figures.intervals["frame_rate_mean"][0] == 0.0
+    assert (figures.rate_interval[:, 1] > figures.rate_mean).all()
+
+
 def test_chunks_do_not_change_a_summary(result, monkeypatch):
     whole = summarise(result, SCENARIO)
     monkeypatch.setattr("echobeam.simulation.summary.CHUNK", 7)

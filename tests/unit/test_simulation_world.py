@@ -117,3 +117,14 @@ def test_streams_of_their_own_are_the_labelled_link_in_every_bit():
     turns = world.link(decision_of(beams, [0, 1, 2], [0, 1, 2]), owner)
     np.testing.assert_array_equal(labelled.sinr, turns.sinr)
     np.testing.assert_array_equal(labelled.rate, turns.rate)
+
+
+@pytest.mark.parametrize("geometry", ["road", "ground"])
+def test_aspects_of_trials_with_their_own_altitudes_are_those_of_each_alone(geometry):
+    changes = {"radar.target": "3gpp-vehicle", "truth.altitude_errors": True}
+    scene = scene_of(small_scenario(3, geometry).replace(changes))
+    together = begin(scene, 0, range(3)).place
+    assert together.shape[0] == 3
+    for trial in range(3):
+        alone = begin(scene, 0, range(trial, trial + 1)).place
+        np.testing.assert_array_equal(together[trial], alone[0])

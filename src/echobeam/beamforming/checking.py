@@ -182,10 +182,12 @@ def checked_vector(
     value: Any,
     size: int | None,
     faults: list[str],
-    broadcast: bool = False,
     trailing: tuple[int, ...] = (),
 ) -> Array:
-    """Return numbers of shape ``(size, *trailing)``; others that fit, and a fault, if not."""
+    """Return numbers of shape ``(size, *trailing)``; others that fit, and a fault, if not.
+
+    One of shape ``trailing`` counts for every object; without a size it is that of one object.
+    """
     fallback = np.zeros((size or 0, *trailing)) if trailing else np.ones(size or 0)
     try:
         if np.iscomplexobj(value):
@@ -194,13 +196,12 @@ def checked_vector(
     except (TypeError, ValueError, OverflowError):
         faults.append(f"{name} must be numbers, not {shown(value)}")
         return fallback
-    if broadcast and vector.ndim == 0:
-        vector = np.full(1 if size is None else size, float(vector))
+    if vector.shape == trailing:
+        vector = np.array(np.broadcast_to(vector, (1 if size is None else size, *trailing)))
     wrong = vector.shape[1:] != trailing or vector.ndim == 0
     if wrong or (size is not None and len(vector) != size):
         wanted = ", ".join(map(str, ("K" if size is None else size, *trailing)))
-        wanted = f"({wanted})" if trailing else f"({wanted},)"
-        wanted += " or a scalar" if broadcast else ""
+        wanted = f"({wanted}) or {trailing}" if trailing else f"({wanted},) or a scalar"
         faults.append(f"{name} must be of shape {wanted}, not {vector.shape}")
         return fallback
     if not np.isfinite(vector).all():

@@ -43,7 +43,8 @@ class BeamProblem(Brief):
     ----------
     angles
         ``(K,)`` rad: the predicted angles theta-bar, where rates are evaluated and which the
-        coverage is centred on. With a planar array ``(K, 2)`` direction cosines (u, v).
+        coverage is centred on. With a planar array ``(K, 2)`` direction cosines (u, v). One angle
+        (one pair) is one object; all other values may be given once for all objects.
     distances
         ``(K,)`` m: the predicted distances.
     coverage_halfwidths
@@ -52,9 +53,9 @@ class BeamProblem(Brief):
         definite matrices C of the ellipses x^T C^-1 x <= 1 in direction cosines, imposed on a
         square lattice and on the edge; zero for no cover but the direction itself.
     ripple
-        Scalar or ``(K,)``: B_k of (38f), 0 to the number of elements.
+        ``(K,)``: B_k of (38f), at least 0; from the number of elements on it allows any pattern.
     min_rate
-        Scalar or ``(K,)`` bit/s/Hz: Gamma_k of (38e).
+        ``(K,)`` bit/s/Hz: Gamma_k of (38e).
     power, noise
         P_T of (38b) and sigma_C^2, linear.
     alpha0
@@ -114,8 +115,8 @@ class BeamProblem(Brief):
             "coverage_halfwidths": checked_vector(
                 "coverage_halfwidths", coverage_halfwidths, n_objects, faults, trailing=2 * pair
             ),
-            "ripple": checked_vector("ripple", ripple, n_objects, faults, broadcast=True),
-            "min_rate": checked_vector("min_rate", min_rate, n_objects, faults, broadcast=True),
+            "ripple": checked_vector("ripple", ripple, n_objects, faults),
+            "min_rate": checked_vector("min_rate", min_rate, n_objects, faults),
         }
         given = {"power": power, "noise": noise, "alpha0": alpha0, "resolution": resolution}
         scalars = {name: checked_scalar(name, value, faults) for name, value in given.items()}

@@ -146,7 +146,7 @@ def _why_not(method: Method, problems: CaseProblems, asked: bool) -> str:
     if method.warm and not problems.has_warm_start:
         return "there is no slot before to start from"
     if not asked and not method.suits(problems.batch):
-        return f"takes minutes at this size; --method {method.name} runs it"
+        return f"takes minutes here; --method {method.name} runs it"
     return ""
 
 

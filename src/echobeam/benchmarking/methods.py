@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -53,8 +53,9 @@ class Method:
         Most problems of a case.
     warm
         Whether it starts from the beams of the slot before.
-    most_objects, most_antennas
-        Size of a problem up to which it is run unasked: beyond, one takes minutes.
+    most_objects, most_antennas, most_problems
+        Size of a problem, and number of problems of a case, up to which it is run unasked: beyond,
+        it takes minutes.
     requires
         Returns what has to be installed first, nothing if all is there.
     """
@@ -67,11 +68,16 @@ class Method:
     warm: bool = False
     most_objects: float = np.inf
     most_antennas: float = np.inf
+    most_problems: float = np.inf
     requires: Callable[[], str] = str
 
     def suits(self, batch: ProblemBatch) -> bool:
-        """Tell whether problems are small enough for it to be run unasked."""
-        return batch.active.shape[1] <= self.most_objects and batch.n_tx <= self.most_antennas
+        """Tell whether problems are few and small enough for it to be run unasked."""
+        return (
+            len(batch) <= self.most_problems
+            and batch.active.shape[1] <= self.most_objects
+            and batch.n_tx <= self.most_antennas
+        )
 
 
 def _together(method: str, batch: ProblemBatch) -> Call:
@@ -138,18 +144,21 @@ METHODS: dict[str, Method] = {
 """Every method by its name."""
 
 REFERENCE = ("cvxpy-scs", "cvxpy-clarabel")
-"""What is run only when asked for; it takes minutes."""
+"""Methods that take minutes for the usual cases."""
+
+YARDSTICK = "cvxpy-scs"
+"""Method of the reference that is run unasked where a case is a single problem: some seconds."""
 
 
 def find_methods(names: Sequence[str], reference: bool) -> list[Method]:
-    """Return methods by their names, each once; all but the reference's if none is named.
+    """Return methods by their names, each once; by default all, of the reference's only one.
 
     Parameters
     ----------
     names
         What was asked for.
     reference
-        Whether the full-size problem is to be solved, too.
+        Whether the full-size problem is to be solved in every case of a fitting size.
 
     Raises
     ------
@@ -161,4 +170,7 @@ def find_methods(names: Sequence[str], reference: bool) -> list[Method]:
             raise InputError(f"unknown method {name!r}; there are: {', '.join(METHODS)}")
     usual = [name for name in METHODS if name not in REFERENCE]
     chosen = {*(names or usual), *(REFERENCE if reference else ())}
-    return [method for name, method in METHODS.items() if name in chosen]
+    found = [method for name, method in METHODS.items() if name in chosen]
+    if not names and not reference:
+        found.append(replace(METHODS[YARDSTICK], most_problems=1))
+    return found

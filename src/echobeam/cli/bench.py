@@ -22,12 +22,13 @@ import click
     "methods",
     multiple=True,
     metavar="NAME",
-    help="Method by name, such as fast or sdp; repeatable. Default: all but CVXPY's.",
+    help="Method by name, such as fast or sdp; repeatable. Default: all, and CVXPY for the single "
+    "problem test-point.",
 )
 @click.option(
     "--reference",
     is_flag=True,
-    help="Also run the full-size problem through CVXPY; it takes minutes.",
+    help="Run CVXPY on every case of a fitting size; it takes minutes.",
 )
 @click.option(
     "--repeat",

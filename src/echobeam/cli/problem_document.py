@@ -11,6 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from echobeam.beamforming.answer import BeamAnswer
 from echobeam.beamforming.problem import BeamProblem, ProblemError
+from echobeam.physics.array import LinearArray
 from echobeam.physics.planar import PlanarArray
 from echobeam.units import parse_quantity
 
@@ -47,12 +48,19 @@ def _whole(value: object) -> object:
 
 
 Whole = Annotated[int, BeforeValidator(_whole), Field(ge=1)]
-Degrees = Annotated[float, _reader("angle", math.pi / 180.0)]
-Metres = Annotated[float, _reader("length"), Field(gt=0)]
+_DEGREES = _reader("angle", math.pi / 180.0)
+Degrees = Annotated[float, _DEGREES]
+Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
+HalfWidth = Annotated[float, Field(ge=0, le=math.pi / 2)]
+Metres = Annotated[float, Field(gt=0)]
 Number = Annotated[float, _reader("number")]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Pair = tuple[Number, Number]
+Matrix = tuple[Pair, Pair]
+Angles = Annotated[Angle | list[Angle], _each(_DEGREES)]
+HalfWidths = Annotated[HalfWidth | list[HalfWidth], _each(_DEGREES)]
+Distances = Annotated[Metres | list[Metres], _each(_reader("length"))]
 Ripple = Annotated[NotNegative | list[NotNegative], _each(_reader("number"))]
 Rate = Annotated[NotNegative | list[NotNegative], _each(_reader("rate"))]
 Columns = list[list[Number]]
@@ -63,7 +71,7 @@ class _Table(BaseModel):
 
 
 class _Common(_Table):
-    distances: list[Metres] = Field(description="a list of positive numbers, m")
+    distances: Distances = Field(description="a positive number or a list of them, m")
     ripple: Ripple = Field(description="a number or a list of numbers, at least 0")
     min_rate: Rate = Field(description="a number or a list of numbers, at least 0, bit/s/Hz")
     power: Positive = Field(description="a positive number")
@@ -77,20 +85,36 @@ class _Common(_Table):
     )
 
 
-class _Linear(_Common):
-    angles_deg: list[Annotated[Degrees, Field(ge=-math.pi, le=math.pi)]] = Field(
-        description="a list of numbers from -180 to 180, degrees"
+class _InAngles(_Common):
+    angles_deg: Angles = Field(
+        description="a number or a list of numbers from -180 to 180, degrees"
     )
-    coverage_halfwidths_deg: list[Annotated[Degrees, Field(ge=0, le=math.pi / 2)]] = Field(
-        description="a list of numbers from 0 to 90, degrees"
+    coverage_halfwidths_deg: HalfWidths = Field(
+        description="a number or a list of numbers from 0 to 90, degrees"
     )
+    resolution_deg: Annotated[Degrees, Field(gt=0)] = Field(
+        math.radians(0.1), description="a positive number, degrees"
+    )
+
+
+class _Linear(_InAngles):
     n_tx: Whole = Field(description="a whole number from 1")
     spacing: Positive = Field(0.5, description="a positive number, wavelengths")
     axis: Literal["vertical", "horizontal"] = Field(
         "vertical", description='"vertical" or "horizontal"'
     )
-    resolution_deg: Annotated[Degrees, Field(gt=0)] = Field(
-        math.radians(0.1), description="a positive number, degrees"
+
+
+class _Row(_Table):
+    n: Whole
+    spacing: Positive = 0.5
+    axis: Literal["vertical", "horizontal"] = "vertical"
+
+
+class _OnLinear(_InAngles):
+    array: _Row = Field(
+        description='a linear array, {n, spacing (0.5), axis ("vertical")}, or a planar one, '
+        "{rows, columns, spacing (0.5), polarisations (1 or 2)}"
     )
 
 
@@ -105,16 +129,19 @@ class _OnPlanar(_Common):
     array: _Planar = Field(
         description="a planar array: {rows, columns, spacing (0.5), polarisations (1 or 2)}"
     )
-    angles: list[Pair] = Field(description="a list of pairs of direction cosines [u, v]")
-    coverage_halfwidths: list[tuple[Pair, Pair]] = Field(
-        description="a list of matrices [[a, b], [b, c]] of ellipses in direction cosines"
+    angles: Pair | list[Pair] = Field(
+        description="a pair of direction cosines [u, v] or a list of pairs"
+    )
+    coverage_halfwidths: Matrix | list[Matrix] = Field(
+        description="a matrix [[a, b], [b, c]] of an ellipse in direction cosines, "
+        "or a list of matrices"
     )
     resolution: Positive = Field(math.radians(0.1), description="a positive number")
 
 
 ACCEPTED = {
     key: str(field.description)
-    for table in (_Linear, _OnPlanar)
+    for table in (_Linear, _OnPlanar, _OnLinear)
     for key, field in table.model_fields.items()
 }
 """Keys of a problem document and their accepted values; null omits an optional key."""
@@ -127,8 +154,8 @@ def read_problem(text: str, source: str = "problem") -> BeamProblem:
     ----------
     text
         A JSON object with the keys of `ACCEPTED`: those of `BeamProblem`, angles in degrees.
-        Quantities may have units, as in ``"75 deg"``. With the key ``array`` the array is planar
-        and directions are direction cosines instead of angles.
+        Quantities may have units, as in ``"75 deg"``. With a planar ``array`` directions are
+        direction cosines instead of angles.
     source
         Name of the file, for messages.
 
@@ -139,7 +166,7 @@ def read_problem(text: str, source: str = "problem") -> BeamProblem:
         all errors in one message, each with the file, the key and the value.
     """
     document = _parsed(text, source)
-    table: type[_Common] = _OnPlanar if document.get("array") is not None else _Linear
+    table = _table(document.get("array"))
     fields = table.model_fields
     document = {
         key: value
@@ -158,6 +185,13 @@ def read_problem(text: str, source: str = "problem") -> BeamProblem:
         except ProblemError as error:
             faults = str(error).split("; ")
     raise ProblemError("\n".join(f"{source}: {fault}" for fault in faults))
+
+
+def _table(array: object) -> type[_Common]:
+    """Return the keys that go with an array; a linear one has ``n``."""
+    if array is None:
+        return _Linear
+    return _OnLinear if isinstance(array, dict) and "n" in array else _OnPlanar
 
 
 def answer_document(answer: BeamAnswer) -> dict[str, Any]:
@@ -225,7 +259,9 @@ def _misfits(document: dict[str, Any], table: type[BaseModel], faulty: set[str])
     angles = "angles" if "angles" in table.model_fields else "angles_deg"
     if angles not in document or angles in faulty:
         return []
-    n_objects = len(document[angles])
+    pairs = document[angles]
+    listed = isinstance(pairs, list) and (angles == "angles_deg" or _nested(pairs))
+    n_objects = len(pairs) if listed else 1
     keys = ("distances", "coverage_halfwidths", "coverage_halfwidths_deg", "ripple", "min_rate")
     found = [
         f"{key}: {_shown(document[key])} has {len(document[key])} values, "
@@ -233,6 +269,7 @@ def _misfits(document: dict[str, Any], table: type[BaseModel], faulty: set[str])
         for key in keys
         if key not in faulty
         and isinstance(document.get(key), list)
+        and not (key == "coverage_halfwidths" and _matrix(document[key]))
         and len(document[key]) != n_objects
     ]
     return found + _warm_misfits(document, faulty, n_objects)
@@ -244,11 +281,12 @@ def _warm_misfits(document: dict[str, Any], faulty: set[str], n_objects: int) ->
     if not given or faulty & {*parts, "n_tx", "array"}:
         return []
     found = [f"{key}: missing; expected {ACCEPTED[key]}" for key in parts if key not in given]
-    if "array" in document:
-        size = _Planar.model_validate(document["array"])
+    stated = document.get("array", {})
+    if "rows" in stated:
+        size = _Planar.model_validate(stated)
         n_tx = size.rows * size.columns * size.polarisations
     else:
-        n_tx = int(document.get("n_tx", 0))
+        n_tx = int(stated.get("n", document.get("n_tx", 0)))
     return found + [
         f"{key}: expected {n_objects} lists of {n_tx} numbers"
         for key in given
@@ -265,12 +303,26 @@ def _arguments(stated: _Common) -> dict[str, Any]:
     }
     if isinstance(stated, _OnPlanar):
         arguments["array"] = PlanarArray(**stated.array.model_dump())
-        arguments["angles"] = np.reshape(stated.angles, (-1, 2))
-        arguments["coverage_halfwidths"] = np.reshape(stated.coverage_halfwidths, (-1, 2, 2))
+        if not stated.angles:  # an empty list says nothing of pairs and matrices
+            arguments["angles"] = np.empty((0, 2))
+        if not stated.coverage_halfwidths:
+            arguments["coverage_halfwidths"] = np.empty((0, 2, 2))
+    elif isinstance(stated, _OnLinear):
+        arguments["array"] = LinearArray(**stated.array.model_dump())
     if stated.warm_start_re is not None:
         real, imaginary = np.array(stated.warm_start_re), np.array(stated.warm_start_im)
         arguments["warm_start"] = real + 1j * imaginary
     return arguments
+
+
+def _nested(values: list[Any]) -> bool:
+    """Whether a list is one of lists, or empty."""
+    return all(isinstance(value, list) for value in values)
+
+
+def _matrix(values: list[Any]) -> bool:
+    """Whether a list of lists is one matrix of numbers, for all objects."""
+    return all(isinstance(row, list) and not _nested(row) for row in values)
 
 
 def _shown(value: object) -> str:

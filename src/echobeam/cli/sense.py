@@ -56,11 +56,12 @@ def command(
     echobeam sense paper-signal --trials 200
     echobeam sense paper-signal --mode omni --set radar.symbols=32 --out omni.pdf
     """
+    from echobeam.commands.asking import target
     from echobeam.commands.progress import progress_bar
     from echobeam.commands.sense import record_check
     from echobeam.scenario.load import load_scenario
 
-    place = out or (None if as_json else Path(f"{load_scenario(scenario).name}-sense.png"))
+    place = out if as_json else target(out, scenario, load_scenario(scenario), "-sense.png")
     bar = partial(progress_bar, quiet=quiet)
     done = record_check(scenario, trials, seed, mode, overrides, place, force, bar)
     if as_json:

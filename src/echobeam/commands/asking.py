@@ -241,9 +241,19 @@ def job_count(jobs: SupportsIndex) -> int:
     return count
 
 
-def target(out: str | PathLike[str] | None, default: str) -> Path:
-    """Return the path of a result: as given, or the default name in the current directory."""
-    return Path(default if out is None else out)
+def target(
+    out: str | PathLike[str] | None, source: Source, scenario: Scenario, ending: str
+) -> Path:
+    """Return the path of a result: as given, or in the current directory by the default name.
+
+    That is the name of the scenario's file, since an edited copy may have kept the name inside,
+    or the scenario's own name, with the ending.
+    """
+    if out is not None:
+        return Path(out)
+    if isinstance(source, Scenario) or source in BUILT_IN:
+        return Path(scenario.name + ending)
+    return Path(Path(source).stem + ending)
 
 
 def _labelled(label: str, read: Callable[..., Found], *arguments: object) -> Found:

@@ -49,7 +49,8 @@ def run(
     seed
         Same scenario, seed and version give the same numbers, bit for bit.
     out
-        Result file; by default the scenario's name with ``.nc`` in the current directory.
+        Result file; by default the name of the scenario or of its file with ``.nc``, in the current
+        directory.
     set
         Overrides of the scenario: ``{"uav.height": "80 m"}``, or texts ``"uav.height=80 m"``.
     trace
@@ -110,7 +111,7 @@ def record_run(wanted: Request, out: Path | None, bar: Bar) -> RunDone:
         asked.schemes,
         asked.trials,
         asked.seed,
-        out=target(out, f"{asked.scenario.name}.nc"),
+        out=target(out, wanted.source, asked.scenario, ".nc"),
         workers=wanted.workers,
         resume=wanted.resume,
         force=wanted.force,

@@ -69,7 +69,8 @@ def sweep(
     schemes, scheme, trials, seed, set, trace, jobs, dask, resume, force, quiet
         As for `run`, at every point, with the same random numbers.
     out
-        Result file; by default the scenario's name with ``-sweep.nc`` in the current directory.
+        Result file; by default the name of the scenario or of its file with ``-sweep.nc``, in the
+        current directory.
 
     Returns
     -------
@@ -128,7 +129,7 @@ def record_grid(
         wanted.schemes,
         None if wanted.trials is None else asked.trials,
         asked.seed,
-        target(out, f"{name}-sweep.nc"),
+        target(out, wanted.source, asked.scenario, "-sweep.nc"),
         csv,
         full,
         wanted.workers,

@@ -122,4 +122,5 @@ def marginal_variance(snr: Array, information: Array) -> Array:
 
 def _flat(values: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex128]:
     """Return values ``(..., P, N)`` with both axes in one."""
-    return values.reshape(*values.shape[:-2], -1)
+    *batch, polarisations, elements = values.shape
+    return values.reshape(*batch, polarisations * elements)  # -1 has no meaning of an empty batch

@@ -9,7 +9,7 @@ from echobeam.plots.cosines import COVER, slot_title
 from echobeam.plots.field import Field, levels_below
 from echobeam.plots.frames import choose_slots
 from echobeam.plots.ground_run import REGION, SHARE, GroundRun, edge, read_ground
-from echobeam.plots.looks import BLACK, MAX_OBJECTS, RING, Look, object_look
+from echobeam.plots.looks import BLACK, BLUE, MAX_OBJECTS, RING, Look, object_look
 from echobeam.plots.record import Axis, FigureData, Note, Panel, Series, grid
 from echobeam.plots.scene import framed
 from echobeam.plots.source import Source
@@ -24,6 +24,7 @@ _COLUMNS = 3
 _MARGIN = 0.25
 _LEAST = 40.0  # m
 _ESTIMATED = Look("0.25", "o", "")
+_ONE_OF_MANY = Look(BLACK, "+", ""), Look(BLUE, "o", "")
 
 
 def ground_map(source: Source) -> FigureData:
@@ -33,12 +34,13 @@ def ground_map(source: Source) -> FigureData:
     sum |a^H w_k|^2 over the noise and the path loss of a receiver there, Eqs. (3), (36). Lines are
     the paths of UAV and objects over the whole run; a ring is the region that holds 95 % of an
     object's predicted position (of the estimated one where there is no prediction), a dashed line
-    the edge of the cover, Eq. (38f), projected from the direction cosines of its slot.
+    the edge of the cover, Eq. (38f), projected from the direction cosines of its slot. More than
+    `MAX_OBJECTS` objects look alike, without covers and numbers.
     """
     run = read_ground(source)
     chosen = choose_slots(source, run.slot, run.mode, run.has_beam, DEFAULT_SLOTS)
     objects = run.objects(chosen)
-    shown = objects[:MAX_OBJECTS]
+    many = len(objects) > MAX_OBJECTS
     places = np.where(run.present[..., None], run.truth[..., :2], np.nan)[:, objects]
     points = np.concatenate([run.uav[:, :2], places.reshape(-1, 2)])
     low, high = framed(points, _MARGIN, _LEAST)
@@ -49,20 +51,17 @@ def ground_map(source: Source) -> FigureData:
     highest = max((float(one.max()) for one in finite if one.size), default=0.0)
     levels = levels_below(highest, _STEP, _SHADES)
     panels = tuple(
-        _panel(run, index, shown, Field("SNR on the ground", "dB", x, y, one, levels))
+        _panel(run, index, objects, Field("SNR on the ground", "dB", x, y, one, levels))
         for index, one in zip(chosen, strengths, strict=True)
     )
-    key = [("true path (arrow: heading)", Look(BLACK)), ("estimated position", _ESTIMATED),
-           (f"{100 * SHARE:g} % region of the prediction", Look("0.3", RING, ""))]  # fmt: skip
-    if any(run.has_cover(index, k) for index in chosen for k in shown):
+    key = _key_of_many() if many else _key()
+    if not many and any(run.has_cover(index, k) for index in chosen for k in objects):
         key.append((run.cover_words, Look(BLACK, "", COVER)))
     columns = min(_COLUMNS, len(chosen))
     layout = grid(len(chosen), columns)
-    hidden = len(objects) - len(shown)
     return FigureData(
         "map", source.title, panels, source.setting(source.one_scheme(), one_trial=True),
-        caption="shaded: SNR of the sum of all beams"
-        + (f"; {hidden} more objects are not drawn" if hidden > 0 else ""),
+        caption="shaded: SNR of the sum of all beams",
         layout=layout, size=_size(low, high, columns, len(layout)), share="xy", key=tuple(key),
     )  # fmt: skip
 
@@ -100,10 +99,14 @@ def _size(low: Array, high: Array, columns: int, rows: int) -> tuple[float, floa
 def _panel(run: GroundRun, index: int, objects: list[int], field: Field) -> Panel:
     uav = Series("UAV", run.uav[:, 0], run.uav[:, 1], look=Look(BLACK), kind="line", width=1.6,
                  legend=False, arrow=True)  # fmt: skip
-    series = [uav]
+    series: list[Series] = [uav]
     lowest = float(field.y[0] + 0.1 * (field.y[-1] - field.y[0]))
-    notes = [Note("UAV", float(run.uav[-1, 0]), float(run.uav[-1, 1]), offset=(0, 10), bold=True)]
-    for k in objects:
+    many = len(objects) > MAX_OBJECTS
+    beside = (24.0, 14.0) if many else (0.0, 10.0)
+    notes = [Note("UAV", float(run.uav[-1, 0]), float(run.uav[-1, 1]), offset=beside, bold=True)]
+    if many:
+        series += _many(run, index, objects)
+    for k in () if many else objects:
         own, note = _object(run, index, k, lowest)
         series += own
         notes += note
@@ -113,6 +116,43 @@ def _panel(run: GroundRun, index: int, objects: list[int], field: Field) -> Pane
     )
     return Panel(x, y, tuple(series), slot_title(run, index), notes=tuple(notes), equal=True,
                  field=field)  # fmt: skip
+
+
+def _key() -> list[tuple[str, Look]]:
+    return [("true path (arrow: heading)", Look(BLACK)), ("estimated position", _ESTIMATED),
+            (f"{100 * SHARE:g} % region of the prediction", Look("0.3", RING, ""))]  # fmt: skip
+
+
+def _key_of_many() -> list[tuple[str, Look]]:
+    true, estimated = _ONE_OF_MANY
+    return [("true path", Look("0.3")), ("true position", true), ("estimated position", estimated),
+            (f"{100 * SHARE:g} % region of the prediction", Look(BLUE, RING, ""))]  # fmt: skip
+
+
+def _many(run: GroundRun, index: int, objects: list[int]) -> list[Series]:
+    """Return the paths, places, estimates and regions of many objects in a slot, all alike."""
+    true, estimated = _ONE_OF_MANY  # the true ones last: they are the thinner marks
+    paths = np.where(run.present[..., None], run.truth[..., :2], np.nan)[:, objects]
+    regions = [region(run, index, k) for k in objects]
+    gap = np.full((1, 2), np.nan)
+    lines = {
+        "true paths": (list(np.moveaxis(paths, 0, 1)), Look("0.3"), 0.8),
+        "regions": (regions, Look(BLUE), 0.9),
+    }
+    series = []
+    for name, (parts, look, width) in lines.items():
+        x, y = np.concatenate([piece for part in parts for piece in (part, gap)]).T
+        series.append(Series(name, x, y, look=look, kind="line", width=width, legend=False))
+    places = {
+        "estimated positions": (run.estimated[index, objects, :2], estimated),
+        "true positions": (paths[index], true),
+    }
+    for name, (place, look) in places.items():
+        series.append(
+            Series(name, place[:, 0], place[:, 1], look=look, kind="points", legend=False,
+                   hollow=True)
+        )  # fmt: skip
+    return series
 
 
 def _object(run: GroundRun, index: int, k: int, lowest: float) -> tuple[list[Series], list[Note]]:

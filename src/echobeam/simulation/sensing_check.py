@@ -18,7 +18,7 @@ from echobeam.brief import Brief
 from echobeam.physics import transmission
 from echobeam.physics.array import LinearArray
 from echobeam.physics.bounds import Crb, measurement_variance
-from echobeam.physics.coordinates import direction_of
+from echobeam.physics.coordinates import direction_of, distance_of
 from echobeam.physics.echo import illumination
 from echobeam.physics.echo_signal import Scatterers, echo_signal, noise_of
 from echobeam.physics.waveform import Waveform, factor, orthogonalised, symbols_of
@@ -180,6 +180,11 @@ class _Setup:
         self.step = trials_at_once(radar, max(law.receiver.n, law.transmitter.n))
         self.ideal = self.world.ideal()[0, self.world.present][0]
         self.direction = direction_of(self.ideal, law.transmitter.axes)
+        distance = distance_of(self.world.place, law.transmitter.axes)[0, self.world.present]
+        if not np.isfinite(distance[0]):
+            raise ScenarioError(
+                f"{scenario.name}: the first object is behind the array; expected one that it sees"
+            )
         check_unambiguous(scenario, self.world.ideal()[:, self.world.present])
         power = scenario.radio.power
         nobody = np.zeros((1, 0), dtype=np.bool_)

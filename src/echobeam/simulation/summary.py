@@ -278,7 +278,7 @@ def _summarise_scheme(part: Statistics, scenario: Scenario, genie: Array | None)
     unlabelled = scenario.unlabelled
     of_tracks: dict[str, Any] = _tracks_per_slot(part) if unlabelled else {}
     frames = sum_rate.reshape(len(sum_rate), -1, scenario.frame.slots_per_frame).mean(axis=-1)
-    rate_mean, rate_interval = mean_interval(sum_rate)
+    rate_mean, rate_interval = _rate(sum_rate)
     stated = geometry_of(scenario).errors
     whole = _whole_run(part, frames, best, stated)
     errors: dict[str, Any] = {f"{name}_rmse": rmse(part, *of) for name, of in stated.items()}
@@ -310,7 +310,7 @@ def _whole_run(
     slots = np.full(len(frames), part["sum_rate"].shape[-1])
     share, (fewest, most) = _share(part["fallback"], slots)
     return {
-        "frame_rate_mean": _pair(*mean_interval(per_trial)),
+        "frame_rate_mean": _pair(*_rate(per_trial)),
         "frame_rate_q05": quantile_interval(frames, 0.05),
         **{
             f"frame_{name}_rmse": _root(
@@ -380,6 +380,12 @@ def _root(square: tuple[float, tuple[float, float]]) -> tuple[float, tuple[float
     value, ends = square
     low, high = np.sqrt(ends)
     return float(np.sqrt(value)), (float(low), float(high))
+
+
+def _rate(values: Array) -> tuple[Array, Array]:
+    """Return mean over trials and interval of rates, which are not negative, cut at zero."""
+    mean, ends = mean_interval(values)
+    return mean, np.maximum(ends, 0.0)
 
 
 def _pair(value: npt.ArrayLike, ends: Array) -> tuple[float, tuple[float, float]]:

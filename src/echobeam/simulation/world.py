@@ -82,6 +82,7 @@ class World:
         """
         geometry, position = self.scene.geometry, self.ground.position
         motion = self.ground.velocity if self.scene.law.target is None else self.heading
+        motion = np.broadcast_to(motion, position.shape)  # of one path, altitudes of each trial
         return geometry.place(geometry.exact(position, motion, self.uav), self.uav)
 
     def link(self, decision: Decision, addressee: IntArray) -> Link:

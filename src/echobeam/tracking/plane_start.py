@@ -5,17 +5,29 @@ from __future__ import annotations
 import numpy as np
 
 from echobeam.estimation import gaussian
-from echobeam.physics.plane import GROUND
+from echobeam.physics.plane import GROUND, offset_of
+from echobeam.tracking import ground_start
+from echobeam.tracking.ground import GroundMeasurement
 from echobeam.tracking.life import living
 from echobeam.tracking.plane import PlaneMeasurement
 from echobeam.units import SPEED_OF_LIGHT
-from echobeam.values import Array, BoolArray, GaussianState, UavState
+from echobeam.values import Array, BoolArray, GaussianState, IntArray, UavState
 
 WEAK = 1e-6
 """Weight of the prior by which matrices can be inverted where both cosines are measured."""
 
+LEAST = 1e-13
+"""Least information along any axis over the whole: less is lost in rounding."""
+
 STEPS = 5
 """Steps of Gauss and Newton from the position that the direction and the height give."""
+
+AHEAD = 3.0
+"""Standard deviations by which each step has to be in front of the array's plane: on that plane a
+cosine may not change with the position, so that the steps stop there or go anywhere."""
+
+POINTS = 32
+"""Gaussians along each axis of the posterior that takes the place of such steps."""
 
 
 def first_state(
@@ -30,6 +42,10 @@ def first_state(
     Direction cosines and delay are three measurements of two coordinates. The position is their
     least-squares estimate, found by Gauss-Newton steps, with the covariance (H^T R^-1 H)^-1. The
     Doppler then updates a prior N(0, velocity_std^2) of both velocities.
+
+    Where a step comes near the plane of the array, behind which there is no echo, mean and
+    covariance are those of the posterior in front of it, before which every position is as likely
+    (`echobeam.tracking.ground_start`).
 
     Where an array of one column leaves a cosine open the object is taken to be abreast of the
     UAV in that direction, uncertain by what delay and height allow.
@@ -57,16 +73,20 @@ def first_state(
     whole = used[..., :2].all(axis=-1, keepdims=True)
     within = _within_reach(distance, height)
     open_axis = np.where(whole, WEAK * within, within)
+    near = np.zeros_like(known)
     with np.errstate(all="ignore"):  # objects that were not measured
         mean[..., :2] = uav.position[:2] + _on_ground(model, place[..., :2], distance, height)
         for _ in range(STEPS):
             H = model.jacobian(mean, uav)[..., :3, :2]
             error = np.where(used, value - model.expected(mean, uav), 0.0)[..., :3]
             information, slope = _normal(H, weight[..., :3], error)
-            information[..., [0, 1], [0, 1]] += open_axis
+            least = LEAST * np.trace(information, axis1=-2, axis2=-1)[..., None]
+            information[..., [0, 1], [0, 1]] += np.maximum(open_axis, least)
             cov[..., :2, :2] = np.linalg.inv(_safe(information, known))
+            near |= known & _near_plane(mean, cov, model, uav)
             mean[..., :2] += np.einsum("...ij,...j->...i", cov[..., :2, :2], slope)
             mean[..., :2] = _reachable(mean[..., :2], uav, distance)
+        near |= known & _near_plane(mean, cov, model, uav)
         cov[..., [2, 3], [2, 3]] = velocity_std**2
         doppler = slice(3, 4)
         innovation = model.residual(value, model.expected(mean, uav))
@@ -74,7 +94,50 @@ def first_state(
         mean, cov = gaussian.update(
             mean, cov, innovation[..., doppler], H[..., doppler, :], variance[..., doppler]
         )
+    for some in _pieces(near):
+        mean[some], cov[some] = _in_front(value[some], variance[some], model, uav, velocity_std)
     return living(mean, cov, known, GROUND)
+
+
+def _near_plane(mean: Array, cov: Array, model: PlaneMeasurement, uav: UavState) -> BoolArray:
+    """Return whether positions are near the array's plane by their covariances, or behind it."""
+    if model.geometry.normal is None:
+        return np.zeros(mean.shape[:-1], dtype=bool)
+    normal = np.array(model.geometry.normal)
+    variance = np.einsum("i,...ij,j->...", normal[:2], cov[..., :2, :2], normal[:2])
+    near: BoolArray = offset_of(mean, uav) @ normal <= AHEAD * np.sqrt(variance)
+    return near
+
+
+def _pieces(chosen: BoolArray) -> list[tuple[IntArray, ...]]:
+    """Return the places where a mask is true, a few at a time: one posterior takes 1 MB."""
+    places = np.nonzero(chosen)
+    count = len(places[0])
+    return [tuple(each[at : at + 256] for each in places) for at in range(0, count, 256)]
+
+
+def _in_front(
+    value: Array, variance: Array, model: PlaneMeasurement, uav: UavState, velocity_std: float
+) -> tuple[Array, Array]:
+    """Return mean ``(n, 4)`` and covariance of the posterior of measurements ``(n, 4)``."""
+    geometry = model.geometry
+    normal = np.array(geometry.normal)
+
+    def law(state: Array) -> Array:
+        behind = offset_of(state, uav) @ normal <= 0.0
+        return np.where(behind[..., None], np.inf, variance[:, None, :])
+
+    axes = geometry.along_rows, geometry.along_columns
+    found = ground_start.first_state(
+        value,
+        variance,
+        law,
+        GroundMeasurement(model.carrier, 2, axes),
+        uav,
+        (velocity_std, velocity_std, 0.0),
+        POINTS,
+    )
+    return found.mean[:, : GROUND.size], found.cov[:, : GROUND.size, : GROUND.size]
 
 
 def _on_ground(model: PlaneMeasurement, cosines: Array, distance: Array, height: float) -> Array:
