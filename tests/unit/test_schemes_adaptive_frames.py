@@ -26,7 +26,7 @@ def tracks(known, id=None, deviation=1e-3):
     return Tracks(mean, cov, status, id)
 
 
-def view(scenario, slot, last_look, roster):
+def view(scenario, slot, last_look, roster, unanswered=0):
     """Return a view of a slot, as far as a frame reads it."""
     return eb.View(
         slot=slot,
@@ -37,6 +37,7 @@ def view(scenario, slot, last_look, roster):
         memory=None,
         normals=None,
         last_look=np.asarray(last_look),
+        unanswered=np.full(roster.shape, unanswered),
     )
 
 
@@ -94,6 +95,45 @@ def test_the_roster_announces_so_nobody_is_looked_for():
     belief = tracks([[True, True]])
     for frame in (AdaptiveFrame(arrival_rate=100.0), ProbingFrame(arrival_rate=100.0)):
         assert frame.mode(belief, view(LABELLED, 1000, [1], belief.id))[0] == Mode.DIRECTIONAL
+
+
+@pytest.mark.parametrize("frame", [AdaptiveFrame(patience=3), ProbingFrame(patience=3)])
+def test_an_object_that_never_answers_is_looked_for_once_a_frame(frame):
+    """After ``patience`` looks; while nobody else is known every second slot may be one."""
+    belief = tracks([[True, False]], [[0, 1]])
+    nobody = tracks([[False, False]], [[0, 1]])
+
+    def looks(belief, since, unanswered):
+        mode = frame.mode(belief, view(LABELLED, 50, [50 - since], belief.id, unanswered))
+        return bool(mode[0] == Mode.OMNI)
+
+    assert looks(belief, since=2, unanswered=2)
+    assert not looks(belief, since=9, unanswered=3)
+    assert looks(belief, since=LABELLED.frame.slots_per_frame, unanswered=3)
+    assert looks(nobody, since=2, unanswered=30)
+    assert not looks(tracks([[True, True]]), since=200, unanswered=30)
+
+
+def test_an_object_behind_the_array_takes_one_slot_of_a_frame_and_is_found_once_it_is_ahead():
+    """It comes ahead of the array after 0.2 s, in the middle of the third frame."""
+    scenario = eb.load_scenario("ground").replace(
+        {
+            "array.facing": "ahead",
+            "frame.frames": 4,
+            "objects": [
+                {"position": [60, 20], "velocity": [-3, 3]},
+                {"position": [-5, 30], "velocity": [22, 0]},
+            ],
+        }
+    )
+    result = eb.simulate(scenario, schemes=["posterior"], trials=2, seed=1)
+    looks = result["mode"].values[0] == Mode.OMNI
+    assert (looks[:, :10].sum(axis=-1) == 5).all()
+    assert (looks[:, 10:23].sum(axis=-1) == 1).all()
+    found = np.isfinite(result["estimated"].values[0, :, :, 1, 0])
+    assert not found[:, :22].any()
+    assert found[:, 33:].all()
+    assert not looks[:, 34:].any()
 
 
 def test_beams_for_the_rest_of_the_power_have_the_sinr_that_they_were_made_for():

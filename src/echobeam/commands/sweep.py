@@ -16,9 +16,9 @@ from echobeam.faults import InputError
 from echobeam.numerals import plain
 from echobeam.scenario.dump import value_text
 from echobeam.scenario.load import Source
-from echobeam.store.recorded import Done
+from echobeam.store.recording import Done
 from echobeam.sweeps.grid import Grid, Varied, read_varied, together
-from echobeam.sweeps.recorded import Sweep, open_sweep, record_sweep
+from echobeam.sweeps.recording import Sweep, open_sweep, record_sweep
 from echobeam.traces.progress import reading_shown
 
 if TYPE_CHECKING:

@@ -33,7 +33,8 @@ HALF_POWER = 0.886
 """Half-power width of a uniform array of unit length in wavelengths, in direction cosines."""
 
 PATIENCE = 5
-"""Slots between two looks for one that is lost: its own beam, made wide, is tried before."""
+"""Slots between two looks for one that is lost: its own beam, made wide, is tried before. Looks
+without an echo after which an object may be where it cannot be seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,8 @@ class AdaptiveFrame:
     lost
         Standard deviation of an angle, in half-power widths, from which a track is lost.
     patience
-        Slots between two looks for a lost track.
+        Slots between two looks for a lost track. After as many looks without an echo an object
+        without a track is looked for once a frame only.
     """
 
     arrival_rate: float = ARRIVALS
@@ -126,12 +128,16 @@ def _missing(tracks: Tracks, view: View, lost: float, patience: int) -> BoolArra
     """Return ``(T,)``: whether somebody is there, and not known where."""
     since = view.slot - view.last_look
     unknown = (tracks.id != NOBODY) & ~tracks.known
+    unseen = unknown & (view.unanswered >= patience)
     # An object that was announced in the slot of the last look was not searched in it yet.
     never = view.last_look == 0
-    new: BoolArray = (unknown.any(axis=-1) | ~tracks.known.any(axis=-1)) & (since > 1)
+    # Where nobody is known, no beam has a use for the slot.
+    sought = (unknown & ~unseen).any(axis=-1) | ~tracks.known.any(axis=-1)
+    new: BoolArray = sought & (since > 1)
+    again = unseen.any(axis=-1) & (since >= view.system.frame.slots_per_frame)
     wide = tracks.known & (_widths(tracks, view) > lost)
     old = wide.any(axis=-1) & (since >= patience)
-    return np.asarray(never | new | old)
+    return np.asarray(never | new | again | old)
 
 
 def _widths(tracks: Tracks, view: View) -> Array:

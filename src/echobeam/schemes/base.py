@@ -157,6 +157,9 @@ class View(Brief):
         ``(T,)`` `Mode` of this slot, when the scheme is asked to update.
     last_look
         ``(T,)``: the last slot before this one in which power went in all directions; 0 if none.
+    unanswered
+        ``(T, K)``: such slots since the last echo of each object, or since it came on the roster;
+        for the frame of a scheme of parts, else zero.
     """
 
     slot: int
@@ -170,6 +173,7 @@ class View(Brief):
     truth: Tracks | None = None
     mode: ModeArray | None = None
     last_look: IntArray = field(default_factory=lambda: np.zeros(1, dtype=np.int64))
+    unanswered: IntArray = field(default_factory=lambda: np.zeros((1, 1), dtype=np.int64))
 
     @property
     def n_trials(self) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -80,12 +80,15 @@ class PartsBelief(Brief):
     spread
         ``(T, C)`` rad: sigma_theta of the last slot in which the object was measured; NaN if
         never. On the ground ``(T, C, 2)``, of both direction cosines.
+    unanswered
+        ``(T, C)``: looks since the last echo of each object, or since it came on the roster.
     """
 
     own: Belief
     tracks: Tracks
     last: Tracks
     spread: Array
+    unanswered: IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +119,7 @@ class SchemeOfParts:
         axes = view.system.geometry.axes
         spread = np.full((*view.roster.shape, *spread_shape(axes)), np.nan)
         own = _call(self.tracker, "tracker", "start", view)
-        return PartsBelief(own, nothing, nothing, spread)
+        return PartsBelief(own, nothing, nothing, spread, np.zeros_like(view.roster))
 
     def predict(self, belief: PartsBelief, view: View) -> PartsBelief:
         """Return the tracker's prediction."""
@@ -126,11 +129,12 @@ class SchemeOfParts:
         if not stays.all():
             last = _without(last, stays)
         spread = np.where(aligned(stays, belief.spread), belief.spread, np.nan)
-        return PartsBelief(own, self._tracks(own, "predict", view), last, spread)
+        unanswered = np.where(stays, belief.unanswered, 0)
+        return PartsBelief(own, self._tracks(own, "predict", view), last, spread, unanswered)
 
     def transmit(self, prior: PartsBelief, view: View) -> Decision:
         """Return the frame's choice of omnidirectional, pilot and directional trials."""
-        tracks = prior.tracks
+        tracks, view = prior.tracks, replace(view, unanswered=prior.unanswered)
         mode = _call(self.frame, "frame", "mode", tracks, view)
         mixes = hasattr(self.frame, "share")
         check_mode(f"{_name(self.frame, 'frame')}: mode", mode, view.n_trials, _modes(mixes))
@@ -169,7 +173,10 @@ class SchemeOfParts:
         measured = np.isfinite(square)
         sigma = np.sqrt(np.where(measured, square, 0.0))
         spread = np.where(measured, sigma, prior.spread)
-        return PartsBelief(own, self._tracks(own, "update", view), prior.last, spread)
+        looked = np.asarray(view.mode != Mode.DIRECTIONAL)[:, None]
+        answered = measured if measured.ndim == looked.ndim else measured.any(axis=-1)
+        unanswered = np.where(answered, 0, prior.unanswered + looked)
+        return PartsBelief(own, self._tracks(own, "update", view), prior.last, spread, unanswered)
 
     def _tracks(self, own: Any, call: str, view: View) -> Tracks:
         """Return the tracks that the tracker's belief reports, in the order of the roster."""

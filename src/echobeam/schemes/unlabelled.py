@@ -151,6 +151,7 @@ class Unlabelled:
             sharing.applied(prior.tracks, width),
             sharing.applied(last, width),
             sharing.spread(_spread(prior, view), width),
+            np.zeros_like(id),
         )
         decision = self.scheme.transmit(parts, among)
         mode = self._mode(prior, decision.mode)
