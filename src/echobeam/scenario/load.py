@@ -39,7 +39,7 @@ def load_scenario(source: Source, overrides: Mapping[str, object] | Sequence[str
     text, label, folder = _read(source)
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # TOMLDecodeError, or a number of more digits than Python reads
         raise ScenarioError(f"{label}: not a TOML file: {error}") from error
     faults = [fault for item in items if (fault := override(document, *item))]
     if any(key == "trace.file" for key, _ in items):

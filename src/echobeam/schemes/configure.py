@@ -28,8 +28,10 @@ from echobeam.physics.plane import GroundGeometry, Vector, facing
 from echobeam.physics.road import ROAD_GEOMETRY
 from echobeam.physics.targets import TARGETS
 from echobeam.physics.variance_law import VarianceLaw
-from echobeam.scenario.checking import override_table, read_value
+from echobeam.scenario.checking import ScenarioError, override_table, read_value
 from echobeam.scenario.dump import key_texts
+from echobeam.scenario.geometry import check_cover
+from echobeam.scenario.limits import MOST_FALSE
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.quantities import ripple_value
 from echobeam.scenario.tables import CoverageTable, FilterTable, TracksTable
@@ -197,9 +199,15 @@ def arrays_of(scenario: Scenario) -> tuple[AntennaArray, AntennaArray]:
 
 
 def detection_of(scenario: Scenario) -> DetectionLaw:
-    """Return the law of detections for a scenario's equipment."""
+    """Return the law of detections for a scenario's equipment.
+
+    Raises
+    ------
+    ScenarioError
+        If there would be more false detections than trackers can take.
+    """
     radar = scenario.radar
-    return detection_law(
+    law = detection_law(
         arrays_of(scenario)[1],
         false_alarm=radar.false_alarm,
         clutter=radar.clutter,
@@ -210,6 +218,14 @@ def detection_of(scenario: Scenario) -> DetectionLaw:
         uav_speed=fastest(scenario),
         fluctuation=fluctuation_of(scenario),
     )
+    if scenario.unlabelled and law.mean_false > MOST_FALSE:
+        raise ScenarioError(
+            f"radar.false_alarm: {radar.false_alarm:g} is not accepted; {law.mean_false:.3g} false "
+            f"detections in a slot, in {law.cells:.3g} resolution cells (of radar.subcarriers, the "
+            "Doppler shifts by radar.pulse_length and radio.carrier, and the antennas); expected "
+            f"at most {MOST_FALSE:g}"
+        )
+    return law
 
 
 def fastest(scenario: Scenario) -> float:
@@ -322,10 +338,12 @@ def _system(scenario: Scenario, values: Mapping[str, object], label: str) -> Sys
     def of(table: type[BaseModel]) -> dict[str, object]:
         return {key: value for key, value in values.items() if key in table.model_fields}
 
+    coverage = override_table(scenario.coverage, of(CoverageTable), label)
+    check_cover(scenario.geometry, coverage)
     return system_of(
         scenario,
         override_table(scenario.filter, of(FilterTable), label),
-        override_table(scenario.coverage, of(CoverageTable), label),
+        coverage,
         override_table(scenario.tracks, of(TracksTable), label),
     )
 
