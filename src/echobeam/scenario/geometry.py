@@ -21,13 +21,15 @@ from echobeam.scenario.tables import (
 )
 from echobeam.units import SPEED_OF_LIGHT
 
-_ROAD_KEYS = {
+ROAD_KEYS = {
     "uav": ("height", "speed", "heading", "floor"),
     "objects": ("angle",),
     "filter": ("angle_std", "distance_std", "evolution"),
     "truth": ("angle_std", "distance_std"),
     "trace": ("road",),
 }
+"""Keys of each table that only a road has."""
+
 _GROUND_KEYS = {"uav": ("position", "velocity", "waypoints"), "objects": ("position", "path")}
 _INSTEAD = {
     "uav.height": "uav.position",
@@ -44,7 +46,7 @@ def meaningless_keys(scenario: Any) -> dict[str, tuple[str, ...]]:
     """Return the keys of each table that have no meaning in a scenario, and are not written."""
     planar = scenario.array.kind == "planar"
     array = (*LINEAR_KEYS, "n_tx") if planar else PLANAR_KEYS
-    return {"array": array, **(_GROUND_KEYS if scenario.geometry == "road" else _ROAD_KEYS)}
+    return {"array": array, **(_GROUND_KEYS if scenario.geometry == "road" else ROAD_KEYS)}
 
 
 def check_geometry(scenario: Any) -> None:
@@ -110,7 +112,7 @@ def _check_signal(scenario: Any) -> None:
 
 
 def _check_keys(scenario: Any) -> None:
-    others = _GROUND_KEYS if scenario.geometry == "road" else _ROAD_KEYS
+    others = _GROUND_KEYS if scenario.geometry == "road" else ROAD_KEYS
     tables = [("uav", "uav", scenario.uav)]
     tables += [("objects", f"objects.{n}", item) for n, item in enumerate(scenario.objects)]
     tables += [("filter", "filter", scenario.filter), ("truth", "truth", scenario.truth)]
