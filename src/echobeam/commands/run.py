@@ -105,7 +105,7 @@ class RunDone(NamedTuple):
 
 def record_run(wanted: Request, out: Path | None, bar: Bar) -> RunDone:
     """Run a request and write its result file, for the command and `run` alike."""
-    asked = wanted.read()
+    asked = wanted.read([partial(wanted.check_place, out)])
     recording = Recording(
         asked.scenario,
         asked.schemes,

@@ -121,7 +121,8 @@ def record_grid(
     bar: Bar,
 ) -> SweepDone:
     """Run a request over a grid and write its files, for the command and `sweep` alike."""
-    asked = wanted.read(axes)
+    places = [partial(wanted.check_place, path) for path in (out, csv)]
+    asked = wanted.read([*axes, *places])
     name = asked.scenario.name
     grid = Grid(wanted.source, wanted.overrides, tuple(axis() for axis in axes), wanted.trace)
     whole = Sweep(

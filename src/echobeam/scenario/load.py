@@ -47,6 +47,20 @@ def load_scenario(source: Source, overrides: Mapping[str, object] | Sequence[str
     return checked(Scenario, document, label, faults).located(folder)
 
 
+def written_schemes(source: Source, overrides: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the schemes that a source names, though it be at fault; none if it cannot be read."""
+    try:
+        text = source.to_toml() if isinstance(source, Scenario) else _read(source)[0]
+        document = tomllib.loads(text)
+        for item in _items(overrides):
+            override(document, *item)
+    except ValueError:  # ScenarioError and TOMLDecodeError, which `load_scenario` raises
+        return ()
+    schemes = document.get("schemes", ())
+    names = schemes if isinstance(schemes, list | dict) else ()
+    return tuple(name for name in names if isinstance(name, str))
+
+
 def trace_path(scenario: Scenario) -> Path | None:
     """Return where the scenario's trace lies: a file's path, or the one that ships with us."""
     if scenario.trace is None:
