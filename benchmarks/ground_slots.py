@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 import echobeam as eb
-from echobeam.benchmarking.recorded import Asked, asked_in
+from echobeam.benchmarking.asked import Asked, asked_in
 
 TRIALS = 8
 REPEATS = 3

@@ -27,7 +27,7 @@ from echobeam.simulation.blocks import Block, cut, run_block
 from echobeam.simulation.run import resolve_schemes
 from echobeam.store.block_files import BlockFiles
 from echobeam.store.cluster import do_on_cluster
-from echobeam.store.recorded import Recording, record
+from echobeam.store.recording import Recording, record
 from echobeam.store.result import write_result
 from echobeam.store.workers import Workers
 

@@ -32,6 +32,9 @@ UNITS: dict[str, dict[str, float]] = {
 }
 """Units accepted per kind of quantity, as factors to SI."""
 
+MOST_WHOLE = 10**300
+"""Largest whole number that is read: floats end a little later."""
+
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
 
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?[\d.]*\d,\d")
@@ -76,6 +79,8 @@ def parse_quantity(value: object, kind: str) -> float:
     value = plain(value)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise QuantityError(f"{value!r} is not a quantity; expected {accepted(kind)}")
+    if isinstance(value, int) and abs(value) > MOST_WHOLE:
+        raise QuantityError(f"a number too large; expected {accepted(kind)}")
     if not isinstance(value, str):
         number = float(value)
     else:

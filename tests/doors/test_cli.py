@@ -322,6 +322,25 @@ def test_faults_of_options_are_reported_with_those_of_the_file(tmp_path):
     refused(done, "3 errors in the input", "--vary radio.power:", "--vary array.n_tx=:", "seed: -1")
 
 
+def test_schemes_of_a_faulty_file_its_trace_and_the_results_place_are_reported_at_once(tmp_path):
+    (tmp_path / "bad.toml").write_text(
+        'name = "bad"\nschemes = ["temporal", "nope"]\n[uav]\nheight = -5\n'
+    )
+    done = echobeam(
+        "run", "bad.toml", "--trials", 0, "--trace", "nofile.csv", "--out", "nodir/x.nc",
+        cwd=tmp_path,
+    )  # fmt: skip
+    refused(done, "5 errors in the input", "bad.toml: uav.height: -5", "nofile.csv: cannot be read")
+    refused(done, "bad.toml: unknown scheme 'nope'", "trials: 0", "nodir/x.nc: no directory nodir")
+    done = echobeam(
+        "sweep", "bad.toml", "--vary", "array.n_tx=8", "--out", "nodir/x.nc", "--csv", "no/x.csv",
+        "--scheme", "temporal:gate=0.9", cwd=tmp_path,
+    )  # fmt: skip
+    refused(done, "3 errors in the input", "uav.height", "nodir/x.nc: no directory", "no/x.csv: no")
+    assert "gate" not in done.stderr  # which unlabelled runs have: the file does not say what it is
+    assert not any(path.name != "bad.toml" for path in tmp_path.iterdir())
+
+
 @pytest.mark.slow
 def test_zero_objects_run_as_sensing_only(tmp_path):
     done = echobeam("run", "paper-multi", "--set", "objects=[]", "--trials", 2, cwd=tmp_path)

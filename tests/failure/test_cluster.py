@@ -18,7 +18,7 @@ from echobeam.schemes.base import SchemeRunError
 from echobeam.simulation.blocks import Block
 from echobeam.store.cluster import ClusterError, compute, do_on_cluster
 from echobeam.store.engine import engine_here
-from echobeam.store.recorded import Recording, record
+from echobeam.store.recording import Recording, record
 from echobeam.store.workers import Workers
 
 from .test_interrupted_runs import same

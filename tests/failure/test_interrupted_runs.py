@@ -22,7 +22,7 @@ from echobeam.faults import RunError
 from echobeam.store.block_files import BlockFiles, Job
 from echobeam.store.engine import COMPUTING, engine_here
 from echobeam.store.inputs import input_digests
-from echobeam.store.recorded import Recording, record
+from echobeam.store.recording import Recording, record
 from echobeam.store.writing import StoreError
 
 pytestmark = pytest.mark.slow  # the quick selection stays under a minute

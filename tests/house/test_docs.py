@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import click
 import numpy as np
@@ -181,8 +181,9 @@ def accepted(key: str, field: FieldInfo) -> str:
     if key == "coverage.ripple":
         return '≥ 0, or a text such as `"0.1 N_t"`'
     for option in options:
-        if get_origin(option) is tuple:
-            return f"a list of {len(get_args(option))} numbers"
+        bare = get_args(option)[0] if get_origin(option) is Annotated else option
+        if get_origin(bare) is tuple:
+            return f"a list of {len(get_args(bare))} numbers"
     if get_origin(annotation) is tuple:
         return f"a list of {len(get_args(annotation))} numbers"
     low, high = bounds_of(field), bounds_of(field)

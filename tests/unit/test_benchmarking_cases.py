@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from echobeam.beamforming.design import design_batch
-from echobeam.benchmarking import measure, problems, recorded
+from echobeam.benchmarking import asked, measure, problems
 from echobeam.benchmarking.cases import CASES, QUICK, find_cases
 from echobeam.benchmarking.methods import METHODS, find_methods
 from echobeam.faults import InputError
@@ -103,11 +103,11 @@ def test_the_slot_before_is_designed_for_as_many_problems_as_time_allows() -> No
 
 def test_recorded_problems_are_those_that_the_run_solved() -> None:
     """Their designs are the beams that an ordinary run of the scheme stored."""
-    asked = recorded.asked_in("paper-single", 2)
-    run = simulate("paper-single", ["temporal"], trials=2, seed=recorded.SEED)
+    slots = asked.asked_in("paper-single", 2)
+    run = simulate("paper-single", ["temporal"], trials=2, seed=asked.SEED)
     sent = run["beam"].values[0, ..., 0] + 1j * run["beam"].values[0, ..., 1]
-    assert [slot.slot_in_frame for slot in asked] == list(range(2, 11))
-    for slot in asked:
+    assert [slot.slot_in_frame for slot in slots] == list(range(2, 11))
+    for slot in slots:
         assert np.array_equal(slot.beams, sent[:, slot.slot_in_frame - 1])
         assert np.array_equal(design_batch(slot.batch).beams, slot.beams)
         angles = run["predicted"].values[0, :, slot.slot_in_frame - 1, :, 0]
@@ -117,10 +117,10 @@ def test_recorded_problems_are_those_that_the_run_solved() -> None:
 def test_recorded_first_slots_have_no_slot_before_and_later_ones_its_beams(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    few = recorded.asked_in("paper-single", 2)
-    monkeypatch.setattr(recorded, "asked_in", lambda scenario: few)
-    assert not recorded.first_slots("paper-single").has_warm_start
-    later = recorded.later_slots("paper-single")
+    few = asked.asked_in("paper-single", 2)
+    monkeypatch.setattr(asked, "asked_in", lambda scenario: few)
+    assert not asked.first_slots("paper-single").has_warm_start
+    later = asked.later_slots("paper-single")
     assert len(later.batch) == 2 * 8
     trial = int(np.flatnonzero(later.batch.angles[:, 0] == few[4].batch.angles[1, 0])[0])
     warm = later.warm(np.array([trial])).warm_start

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from echobeam.scenario import BUILT_IN, ScenarioError, load_scenario
 from echobeam.scenario.checking import checked, override_table, read_value
 from echobeam.scenario.dump import key_texts, value_text
+from echobeam.scenario.limits import LEAST, MOST
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import CoverageTable, FilterTable
 
@@ -45,9 +46,9 @@ def test_what_replaces_is_validated_like_a_file():
 
 @given(
     description=TEXTS,
-    height=st.floats(1.0, 1e300),
-    angle=st.floats(0.0, math.pi, exclude_min=True, exclude_max=True),
-    slot=st.floats(0.0, 1e300, exclude_min=True),
+    height=st.floats(1.0, 0.01 * MOST["length"]),
+    angle=st.floats(0.01, math.pi - 0.01),
+    slot=st.floats(LEAST, MOST["time"]),
     tables=st.dictionaries(
         TEXTS.filter(bool),
         st.dictionaries(TEXTS, st.booleans() | st.integers() | NUMBERS | TEXTS),

@@ -276,3 +276,40 @@ def test_the_cover_is_that_of_the_measurement_or_of_the_prior():
     ]:
         covered = halfwidth(prior, measured, configure(SCENARIO, text).system)
         np.testing.assert_allclose(covered, [expected], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        "temporal:angle_std=0.1",
+        "temporal:evolution=exact",
+        "water-filling:distance_std=30",
+        "posterior:points=8",
+        "posterior:first_points=1000",
+        "posterior:iterations=1",
+        "posterior:motion=imm",
+    ],
+)
+@pytest.mark.parametrize("detections", ["labelled", "unlabelled"])
+def test_parameters_that_only_the_road_reads_are_refused_on_the_ground(asked, detections):
+    """As those of [filter] are in a file; on the road they are accepted."""
+    ground = eb.load_scenario("ground", {"radar.detections": detections})
+    base, _, text = asked.partition(":")
+    key, value = text.split("=")
+    message = rf'{key}: a parameter only of runs with geometry = "road"'
+    with pytest.raises(SchemeError, match=message) as caught:
+        configure(ground, asked)
+    assert "\n" not in str(caught.value)
+    table = ground.replace({"schemes": {base: {key: value}}})
+    with pytest.raises(SchemeError, match=message):
+        configure(table, base)
+    configure(eb.load_scenario("paper-single"), asked)
+    with pytest.raises(SchemeError) as unknown:
+        configure(ground, f"{base}:nonsense=1")
+    assert key not in str(unknown.value)
+
+
+def test_parameters_of_both_geometries_are_set_on_the_ground():
+    made = configure(eb.load_scenario("ground"), "posterior:adaptive=false,velocity_std=2")
+    assert made.scheme.tracker.adaptive is False
+    assert made.system.filter.velocity_std == 2.0

@@ -15,10 +15,10 @@ from echobeam.simulation.blocks import run_block
 from echobeam.simulation.decisions import SECONDS, decision_times
 from echobeam.simulation.scene import scene_of
 from echobeam.store.block_files import BlockFiles
-from echobeam.store.recorded import Recording, record
+from echobeam.store.recording import Recording, record
 from echobeam.sweeps.grid import Grid, Varied
 from echobeam.sweeps.points import run_study, study_in
-from echobeam.sweeps.recorded import Sweep, record_sweep
+from echobeam.sweeps.recording import Sweep, record_sweep
 
 SCENARIO = eb.load_scenario("paper-single")
 SCENE = scene_of(SCENARIO)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import echobeam as eb
+from echobeam.scenario.limits import LEAST, MOST, MOST_SPACING
 from echobeam.simulation.assumptions import MOST_SLOTS
 from echobeam.simulation.description import describe
 
@@ -221,7 +222,9 @@ def test_an_empty_scene_and_an_endless_run_are_described():
     empty = describe(eb.load_scenario("paper-single", {"objects": []}))
     assert empty.objects == ()
     assert empty.scale.power == 1
-    endless = {"frame.frames": 1_000_000, "frame.slots_per_frame": 1_000_000}
+    endless = {
+        "frame.frames": 1_000_000, "frame.slots_per_frame": 1_000_000, "objects.0.acceleration": 0,
+    }  # fmt: skip
     assert describe(eb.load_scenario("paper-single", endless)).slot == 1
     assert MOST_SLOTS <= 10_000
 
@@ -229,18 +232,18 @@ def test_an_empty_scene_and_an_endless_run_are_described():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"radio.power": 1e308, "radio.alpha0": 1e200},
-        {"radio.power": 1e-308, "radio.alpha0": 1e-200},
-        {"radar.rcs": [1e200, 0]},
-        {"array.spacing": 1e200},
-        {"array.spacing": 1e-200},
-        {"radio.carrier": 1e-300},
-        {"radio.carrier": 1e177},
-        {"radar.pulse_length": 1e200, "radar.crb": "exact"},
-        {"radar.bandwidth": 1e200},
-        {"radio.noise": 1e308, "radar.noise": 1e-308},
-        {"frame.slot": 1e300},
-        {"objects.0.angle": 1e-300},
+        {"radio.power": MOST["number"], "radio.alpha0": MOST["number"]},
+        {"radio.power": LEAST, "radio.alpha0": LEAST},
+        {"radar.rcs": [MOST["number"], 0]},
+        {"array.spacing": MOST_SPACING},
+        {"array.spacing": LEAST},
+        {"radio.carrier": LEAST},
+        {"radio.carrier": MOST["frequency"]},
+        {"radar.pulse_length": MOST["time"], "radar.crb": "exact"},
+        {"radar.bandwidth": MOST["frequency"]},
+        {"radio.noise": MOST["number"], "radar.noise": LEAST},
+        {"frame.slot": MOST["time"], "objects.0.acceleration": 0},
+        {"objects.0.angle": 101.0 / MOST["length"]},
     ],
 )
 def test_numbers_out_of_all_proportion_are_no_crash(changes):

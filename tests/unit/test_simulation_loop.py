@@ -21,7 +21,7 @@ from echobeam.simulation.blocks import cut, run_block
 from echobeam.simulation.loop import run_slots
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import begin
-from echobeam.store.recorded import Recording, record
+from echobeam.store.recording import Recording, record
 from echobeam.testing.conformance import Bent, bent_world, small_scenario
 from echobeam.values import Mode, Tracks
 

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 import echobeam as eb
+from echobeam.physics.aspect import OnGround
+from echobeam.physics.plane import GROUND_GEOMETRY
+from echobeam.physics.targets import TARGETS
 from echobeam.scenario.checking import ScenarioError
 from echobeam.simulation.headings import headings
-from echobeam.simulation.movers import Ground
-from echobeam.values import NOBODY
+from echobeam.simulation.movers import Ground, standing_headings
+from echobeam.simulation.scene import scene_of
+from echobeam.traces import TraceMotion
+from echobeam.values import NOBODY, UavState
 
 MEAN, STD = 11.25, 3.41
 """The vehicle's 10 lg(sigma_M), dBsm, and its deviation, dB."""
@@ -155,15 +160,76 @@ def ground_of(velocity, identity):
     return Ground(np.zeros_like(velocity), velocity, np.array(identity))
 
 
-def test_an_object_at_rest_has_its_last_heading_and_at_first_the_roads():
+class Standing:
+    """A mover of objects that stand in one direction each."""
+
+    def __init__(self, *directions):
+        self.directions = np.array(directions, dtype=float)
+
+    def standing(self, slot):
+        return self.directions
+
+
+def test_an_object_at_rest_has_its_last_heading_and_at_first_that_of_its_mover():
     first = ground_of([[-3, 0, 0], [0, 0, 0], [np.nan] * 3], [4, 7, NOBODY])
-    one = headings(first, first.identity, None)
-    np.testing.assert_array_equal(one[0], [[-3, 0, 0], [1, 0, 0], [np.nan] * 3])
+    mover = Standing([0, 9, 0], [0, 0, 9], [9, 9, 9])
+    one = headings(first, first.identity, None, mover, 0)
+    np.testing.assert_array_equal(one[0], [[-3, 0, 0], [0, 0, 9], [np.nan] * 3])
     moved = ground_of([[0, 0, 0], [0, 0, 0], [0, 0, 0]], [NOBODY, 9, 4])
-    two = headings(moved, first.identity, one)
-    np.testing.assert_array_equal(two[0, 1:], [[1, 0, 0], [-3, 0, 0]])
+    two = headings(moved, first.identity, one, mover, 1)
+    np.testing.assert_array_equal(two[0, 1:], [[0, 0, 9], [-3, 0, 0]])
     on = ground_of([[0, 2, 0]], [4])
-    assert headings(on, moved.identity, two) is on.velocity
+    assert headings(on, moved.identity, two, Standing([1, 0, 0]), 2) is on.velocity
+
+
+def described(path, **changes):
+    scenario = eb.load_scenario(
+        "ground", {"objects": [{"path": path}], "radar.target": "3gpp-vehicle", **changes}
+    )
+    return eb.describe(scenario).objects[0].cross_section
+
+
+@pytest.mark.parametrize("way", [(0.0, 10.0), (0.0, -10.0), (-3.0, 5.0)])
+def test_an_object_that_waits_has_the_heading_of_its_first_motion(way):
+    """The same echo as that of one that drives off at once, and no other than its own heading's."""
+    place = np.array([10.0, 200.0])
+    end = (place + way).tolist()
+    waits = [[0, *place.tolist()], [0.02, *place.tolist()], [1, *end]]
+    found = described(waits)
+    assert found == pytest.approx(described([[0, *place.tolist()], [1, *end]]), rel=1e-12)
+    state = np.array([[*place, *way]])
+    at = GROUND_GEOMETRY.place(state, UavState(np.array([0.0, 0.0, 100.0]), np.zeros(3)))
+    assert found == pytest.approx(float(OnGround(TARGETS["3gpp-vehicle"]).relative(at)[0]))
+
+
+def test_an_object_that_comes_late_to_its_path_stands_as_it_drives_next_or_has_driven():
+    path = [[0, 0, 0], [1, 10, 0], [2, 10, 0], [3, 10, -5]]
+    mover = scene_of(eb.load_scenario("ground", {"objects": [{"path": path}]})).mover
+    for time, expected in ((0.5, [10, 0, 0]), (1.5, [0, -5, 0]), (3.5, [0, -5, 0])):
+        slot = round(time / mover.slot_duration)
+        np.testing.assert_array_equal(mover.standing(slot), [expected])
+
+
+def test_a_vehicle_of_a_trace_stands_as_it_drove_or_will_drive():
+    """Columns change hands, a vehicle comes back, and one never moves; by hand."""
+    n = np.nan
+    identity = np.array([[0, 1], [0, 1], [0, 1], [2, 0], [2, 0], [-1, 2]])
+    velocity = np.array([
+        [[0, 0], [0, 0]], [[0, 3], [0, 0]], [[0, 0], [0, 0]],
+        [[0, 0], [0, 0]], [[-1, 2], [4, 0]], [[n, n], [0, 0]],
+    ])  # fmt: skip
+    present = identity >= 0
+    motion = TraceMotion(identity, velocity, velocity, present, ("a", "b", "c"))
+    found = standing_headings(motion)
+    drove, still, late = [0, 3, 0], [1, 0, 0], [-1, 2, 0]
+    np.testing.assert_array_equal(found, [
+        [drove, still], [drove, still], [drove, still],
+        [late, drove], [late, [4, 0, 0]], [still, late],
+    ])  # fmt: skip
+    road = TraceMotion(identity, velocity[..., 1], velocity[..., 1], present, ("a", "b", "c"))
+    np.testing.assert_array_equal(standing_headings(road)[3], [[2, 0, 0], [3, 0, 0]])
+    nobody = TraceMotion(identity[:, :0], velocity[:, :0], velocity[:, :0], present[:, :0], ())
+    assert standing_headings(nobody).shape == (6, 0, 3)
 
 
 def test_an_object_that_stops_keeps_its_heading():
@@ -238,5 +304,8 @@ def test_on_the_ground_the_echo_has_the_aspect_of_position_and_heading():
 
 def test_on_the_ground_an_object_at_rest_is_refused_as_well():
     scenario = eb.load_scenario("ground")
+    stays = {"radar.target": "3gpp-vehicle", "objects": [{"path": [[0, 1, 2], [1, 1, 2]]}]}
+    with pytest.raises(ScenarioError, match=r"objects\.0\.path: .*heading"):
+        scenario.replace(stays)
     with pytest.raises(ScenarioError, match=r"objects\.0\.velocity.*heading"):
         scenario.replace({"radar.target": "3gpp-vehicle", "objects.0.velocity": [0.0, 0.0]})

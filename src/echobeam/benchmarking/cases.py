@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from echobeam.benchmarking import problems, recorded
+from echobeam.benchmarking import asked, problems
 from echobeam.benchmarking.problems import CaseProblems
 from echobeam.faults import InputError
 
@@ -45,8 +45,8 @@ class Case:
 
 def _recorded() -> list[Case]:
     parts = (
-        ("first", "first slots after an omnidirectional one, wide", recorded.first_slots),
-        ("later", "later slots of a frame", recorded.later_slots),
+        ("first", "first slots after an omnidirectional one, wide", asked.first_slots),
+        ("later", "later slots of a frame", asked.later_slots),
     )
     return [
         Case(f"{scenario}-{part}", f"{scenario}, {words}", partial(make, scenario))

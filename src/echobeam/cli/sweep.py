@@ -17,7 +17,7 @@ from echobeam.cli import options
 if TYPE_CHECKING:
     import xarray as xr
 
-    from echobeam.store.recorded import Done
+    from echobeam.store.recording import Done
     from echobeam.sweeps.grid import Grid
 
 
@@ -69,7 +69,7 @@ def command(
     from echobeam.commands.progress import progress_bar
     from echobeam.commands.sweep import record_grid
     from echobeam.sweeps.grid import read_varied
-    from echobeam.sweeps.recorded import open_sweep
+    from echobeam.sweeps.recording import open_sweep
 
     bar = partial(progress_bar, quiet=quiet)
     with contextlib.redirect_stdout(

@@ -13,11 +13,13 @@ from echobeam.faults import InputError
 from echobeam.numerals import whole
 from echobeam.scenario.built_in import BUILT_IN
 from echobeam.scenario.dump import value_text
-from echobeam.scenario.load import Source, load_scenario
+from echobeam.scenario.load import Source, load_scenario, written_schemes
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import configure_all
 from echobeam.simulation.run import check_count
 from echobeam.store.workers import Workers
+from echobeam.store.writing import check_writable
+from echobeam.traces.source import read_samples
 
 Found = TypeVar("Found")
 
@@ -77,12 +79,15 @@ class Request:
             faults.of(_check_setting, text)
         settings = [text for text in self.overrides if "=" in text]
         scenario = faults.of(load_scenario, self.source, settings)
-        if scenario is not None and self.trace is not None:
-            scenario = faults.of(scenario.with_trace, self.trace)
+        if self.trace is not None:
+            faults.of(_check_trace, self.trace)
+            scenario = scenario and faults.of(scenario.with_trace, self.trace)
+        known = scenario or load_scenario(BUILT_IN[0], ANY_PARAMETER)
         for name in self.schemes:
-            faults.of(configure_all, scenario or load_scenario(BUILT_IN[0]), [name])
-        if scenario is not None and not self.schemes:
-            faults.of(_labelled, self._label(), configure_all, scenario, None)
+            faults.of(configure_all, known, [name])
+        own = None if scenario is not None else written_schemes(self.source, settings)
+        if not self.schemes and own != ():
+            faults.of(_labelled, self._label(), configure_all, known, own)
         faults.of(check_count, 1 if self.trials is None else self.trials, 0)
         faults.of(check_count, 1, self.seed)
         for further in also:
@@ -94,8 +99,23 @@ class Request:
         )
         return Asked(scenario, self.schemes or scenario.schemes, count, seed)
 
+    def check_place(self, path: Path | None) -> None:
+        """Refuse a path that no result can be written to; the default one is left to the run.
+
+        Raises
+        ------
+        StoreError
+            Names the path and the reason.
+        """
+        if path is not None and not (self.resume and path.is_file()):
+            check_writable(path, force=self.force)
+
     def _label(self) -> str:
         return self.source.name if isinstance(self.source, Scenario) else fspath(self.source)
+
+
+ANY_PARAMETER = {"radar.detections": "unlabelled"}
+"""Change of a scenario that lets a scheme have all parameters that it has in any scenario."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,6 +284,12 @@ def _labelled(label: str, read: Callable[..., Found], *arguments: object) -> Fou
         raise InputError(
             "\n".join(f"{label}: {line}" for line in str(error).splitlines()), error.details
         ) from None
+
+
+def _check_trace(path: str) -> None:
+    """Refuse a trace that is not there; others are read with the run."""
+    if not Path(path).exists():
+        next(read_samples(path), None)
 
 
 def _check_setting(text: str) -> None:

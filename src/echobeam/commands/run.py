@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple, SupportsIndex
 from echobeam.commands.asking import Asked, Request, Settings, request, target
 from echobeam.commands.progress import Bar, interactive_bar
 from echobeam.scenario.load import Source
-from echobeam.store.recorded import Done, Recording, record
+from echobeam.store.recording import Done, Recording, record
 from echobeam.store.result import open_result
 from echobeam.traces.progress import reading_shown
 
@@ -105,7 +105,7 @@ class RunDone(NamedTuple):
 
 def record_run(wanted: Request, out: Path | None, bar: Bar) -> RunDone:
     """Run a request and write its result file, for the command and `run` alike."""
-    asked = wanted.read()
+    asked = wanted.read([partial(wanted.check_place, out)])
     recording = Recording(
         asked.scenario,
         asked.schemes,

@@ -21,7 +21,7 @@ from echobeam.simulation.run import simulate as simulate_here
 from echobeam.simulation.scene import scene_of
 from echobeam.store.block_files import BlockFiles
 from echobeam.store.inputs import CodeFiles
-from echobeam.store.recorded import BlockWork
+from echobeam.store.recording import BlockWork
 from echobeam.store.workers import Workers, do_all
 
 if TYPE_CHECKING:

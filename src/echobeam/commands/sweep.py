@@ -16,9 +16,9 @@ from echobeam.faults import InputError
 from echobeam.numerals import plain
 from echobeam.scenario.dump import value_text
 from echobeam.scenario.load import Source
-from echobeam.store.recorded import Done
+from echobeam.store.recording import Done
 from echobeam.sweeps.grid import Grid, Varied, read_varied, together
-from echobeam.sweeps.recorded import Sweep, open_sweep, record_sweep
+from echobeam.sweeps.recording import Sweep, open_sweep, record_sweep
 from echobeam.traces.progress import reading_shown
 
 if TYPE_CHECKING:
@@ -121,7 +121,8 @@ def record_grid(
     bar: Bar,
 ) -> SweepDone:
     """Run a request over a grid and write its files, for the command and `sweep` alike."""
-    asked = wanted.read(axes)
+    places = [partial(wanted.check_place, path) for path in (out, csv)]
+    asked = wanted.read([*axes, *places])
     name = asked.scenario.name
     grid = Grid(wanted.source, wanted.overrides, tuple(axis() for axis in axes), wanted.trace)
     whole = Sweep(

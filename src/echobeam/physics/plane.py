@@ -204,8 +204,9 @@ def facing(direction: Vector, element: Element = "isotropic") -> GroundGeometry:
     element
         Pattern of its elements.
     """
-    length = math.sqrt(sum(part * part for part in direction))
-    normal = np.array(direction) / length
+    _, exponent = math.frexp(max(abs(part) for part in direction))
+    parts = np.ldexp(np.array(direction), -exponent)  # exact, and its squares are numbers
+    normal = parts / math.sqrt(sum(part * part for part in parts.tolist()))
     across = np.array([-normal[1], normal[0], 0.0])
     width = float(np.hypot(across[0], across[1]))
     e_v = across / width if width > 0.0 else np.array([0.0, 1.0, 0.0])

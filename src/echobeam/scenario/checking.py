@@ -65,7 +65,7 @@ def read_value(text: str) -> object:
     """Read an override as TOML where it is TOML, and as plain text ("80 m") otherwise."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except ValueError:  # TOMLDecodeError, or a number of more digits than Python reads
         return text
 
 

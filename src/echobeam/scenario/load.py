@@ -39,12 +39,26 @@ def load_scenario(source: Source, overrides: Mapping[str, object] | Sequence[str
     text, label, folder = _read(source)
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # TOMLDecodeError, or a number of more digits than Python reads
         raise ScenarioError(f"{label}: not a TOML file: {error}") from error
     faults = [fault for item in items if (fault := override(document, *item))]
     if any(key == "trace.file" for key, _ in items):
         folder = Path()  # given on the command line: relative to where it was typed
     return checked(Scenario, document, label, faults).located(folder)
+
+
+def written_schemes(source: Source, overrides: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the schemes that a source names, though it be at fault; none if it cannot be read."""
+    try:
+        text = source.to_toml() if isinstance(source, Scenario) else _read(source)[0]
+        document = tomllib.loads(text)
+        for item in _items(overrides):
+            override(document, *item)
+    except ValueError:  # ScenarioError and TOMLDecodeError, which `load_scenario` raises
+        return ()
+    schemes = document.get("schemes", ())
+    names = schemes if isinstance(schemes, list | dict) else ()
+    return tuple(name for name in names if isinstance(name, str))
 
 
 def trace_path(scenario: Scenario) -> Path | None:

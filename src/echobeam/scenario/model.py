@@ -119,9 +119,10 @@ class Scenario(Table):
         if self.radar.target in DIRECTIONAL:
             for number, item in enumerate(self.objects):
                 if item.rests:
+                    still = "velocity: 0 m/s" if item.path is None else "path: one that stays"
                     raise ValueError(
-                        f"objects.{number}.velocity: 0 m/s is no heading, on which the echo of "
-                        f"radar.target = {self.radar.target!r} depends; expected another velocity, "
+                        f"objects.{number}.{still} is no heading, on which the echo of "
+                        f"radar.target = {self.radar.target!r} depends; expected a motion, "
                         "or a target that is alike from all sides: constant, swerling1, "
                         "3gpp-human, 3gpp-small-uav"
                     )

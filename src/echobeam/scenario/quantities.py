@@ -6,16 +6,17 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Annotated, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer
 
 from echobeam.numerals import plain, whole
-from echobeam.units import QuantityError, parse_quantity
+from echobeam.scenario.limits import MOST_HEIGHT_STD, MOST_SPACING, SLOWER, limited_quantity
+from echobeam.units import SPEED_OF_LIGHT, QuantityError, parse_quantity
 
 
-def _reader(kind: str) -> BeforeValidator:
-    return BeforeValidator(lambda value: parse_quantity(value, kind))
+def _reader(kind: str, most: float | None = None) -> BeforeValidator:
+    return BeforeValidator(lambda value: limited_quantity(value, kind, most))
 
 
 Angle = Annotated[float, _reader("angle"), Field(json_schema_extra={"kind": "angle"})]
@@ -28,7 +29,36 @@ Acceleration = Annotated[
 ]
 Rate = Annotated[float, _reader("rate"), Field(json_schema_extra={"kind": "rate"})]
 Number = Annotated[float, _reader("number"), Field(json_schema_extra={"kind": "number"})]
-"""Each is a float in SI and radians, read by `parse_quantity` with its kind of unit."""
+Spacing = Annotated[
+    float, _reader("number", MOST_SPACING), Field(json_schema_extra={"kind": "number"})
+]
+HeightStd = Annotated[
+    float, _reader("length", MOST_HEIGHT_STD), Field(json_schema_extra={"kind": "length"})
+]
+"""Each is a float in SI and radians, within the limits of its kind."""
+
+
+def _components(expected: str) -> BeforeValidator:
+    """Return a check for lists of a certain length, such as ``"[x, y], two lengths"``."""
+    size = expected.partition("]")[0].count(",") + 1
+
+    def check(value: object) -> object:
+        if not isinstance(value, list | tuple) or len(value) != size:
+            raise QuantityError(f"{value!r} is not accepted; expected {expected}")
+        return value
+
+    return BeforeValidator(check)
+
+
+OnPlane = Annotated[tuple[Length, Length], _components("[x, y], two lengths")]
+InSpace = Annotated[tuple[Length, Length, Length], _components("[x, y, z], three lengths")]
+VelocityInSpace = Annotated[
+    tuple[Speed, Speed, Speed], _components("[v_x, v_y, v_z], three speeds")
+]
+RoadAxis = Annotated[
+    tuple[Length, Length, Length, Length], _components("[x1, y1, x2, y2], four lengths")
+]
+Complex = Annotated[tuple[Number, Number], _components("[real, imaginary], two numbers")]
 
 
 def _read_motion(value: object, kind: str) -> object:
@@ -36,8 +66,8 @@ def _read_motion(value: object, kind: str) -> object:
     if isinstance(value, list | tuple):
         if len(value) != 2:
             raise QuantityError(f"{value!r} has {len(value)} components; expected x and y")
-        return tuple(parse_quantity(item, kind) for item in value)
-    return parse_quantity(value, kind)
+        return tuple(limited_quantity(item, kind) for item in value)
+    return limited_quantity(value, kind)
 
 
 Velocity = Annotated[
@@ -80,21 +110,32 @@ Facing = Annotated[str | tuple[float, float, float], BeforeValidator(_read_facin
 
 
 def _in_time(points: tuple[tuple[float, ...], ...]) -> tuple[tuple[float, ...], ...]:
+    """Accept points at increasing times, between which nothing moves as fast as light."""
     if not points:
         raise ValueError("no points; expected at least one")
     for before, after in pairwise(points):
-        if not after[0] > before[0]:
+        duration, way = after[0] - before[0], math.dist(before[1:], after[1:])
+        if not duration > 0.0:
             raise ValueError(
                 f"goes back in time, from {before[0]:g} s to {after[0]:g} s; expected times that "
                 "increase"
             )
+        if not way < SPEED_OF_LIGHT * duration:
+            raise ValueError(f"{way:g} m in {duration:g} s; expected {SLOWER}")
     return points
 
 
-Path = Annotated[tuple[tuple[Time, Length, Length], ...], AfterValidator(_in_time)]
+_PathPoint = Annotated[
+    tuple[Time, Length, Length], _components("[t, x, y], a time and two lengths")
+]
+_Waypoint = Annotated[
+    tuple[Time, Length, Length, Length], _components("[t, x, y, z], a time and three lengths")
+]
+
+Path = Annotated[tuple[_PathPoint, ...], AfterValidator(_in_time)]
 """Points (t, x, y) of an object on the ground."""
 
-Waypoints = Annotated[tuple[tuple[Time, Length, Length, Length], ...], AfterValidator(_in_time)]
+Waypoints = Annotated[tuple[_Waypoint, ...], AfterValidator(_in_time)]
 """Points (t, x, y, z) of the UAV."""
 
 
@@ -107,6 +148,18 @@ def _read_whole(value: object) -> object:
 Whole = Annotated[int, BeforeValidator(_read_whole), Field(strict=True)]
 """Whole number of any kind, not a truth value and not 3.0."""
 
+
+def _read_polarisations(value: object) -> object:
+    """Return a whole number as Python's; refuse truth values, which would pass for 0 and 1."""
+    number = whole(value)
+    if number is None:
+        raise ValueError(f"{value!r} is not accepted; expected 1 or 2")
+    return number
+
+
+Polarisations = Annotated[Literal[1, 2], BeforeValidator(_read_polarisations)]
+"""Number of orthogonal polarisations."""
+
 _PER_ANTENNA = re.compile(r"(.+?)\s*N_t")
 
 
@@ -117,11 +170,11 @@ def _read_ripple(value: object) -> float | str:
         match = _PER_ANTENNA.fullmatch(value.strip())
         if match is None:
             raise QuantityError(f"{value!r} is not a ripple; expected a number or '<number> N_t'")
-        factor = parse_quantity(match[1], "number")
+        factor = limited_quantity(match[1], "number")
         if factor < 0:
             raise QuantityError(f"{value!r} is negative; expected 0 or more")
         return f"{factor!r} N_t"
-    return parse_quantity(value, "number")
+    return limited_quantity(value, "number")
 
 
 def _not_negative(value: float | str) -> float | str:

@@ -19,17 +19,25 @@ from echobeam.numerals import whole
 from echobeam.scenario.quantities import (
     Angle,
     AnyAcceleration,
+    Complex,
     Facing,
     Frequency,
+    HeightStd,
+    InSpace,
     Length,
     Number,
+    OnPlane,
     Path,
     Place,
+    Polarisations,
     Rate,
     Ripple,
+    RoadAxis,
+    Spacing,
     Speed,
     Time,
     Velocity,
+    VelocityInSpace,
     Waypoints,
     Whole,
 )
@@ -113,11 +121,11 @@ class ArrayTable(Table):
     """The same of the receive array; those of the transmit array if left out."""
     facing: Facing = "down"
     """Direction that a planar array faces: objects behind it are not seen."""
-    polarisations: Literal[1, 2] = 1
+    polarisations: Polarisations = 1
     """2: every element of a planar array sends and receives in two orthogonal polarisations."""
     element: Literal["isotropic", "3gpp"] = "isotropic"
     """Pattern of the elements of a planar array in front of it: 1, or that of TR 38.901."""
-    spacing: Annotated[Number, Field(gt=0)] = 0.5
+    spacing: Annotated[Spacing, Field(gt=0)] = 0.5
     """Antenna spacing in wavelengths."""
     axis: Axis = "vertical"
     """Axis of a linear array."""
@@ -194,7 +202,7 @@ class RadioTable(Table):
 class RadarTable(Table):
     """Echo and the accuracy of its measurement, Eqs. (11)-(24)."""
 
-    rcs: tuple[Number, Number] = (120.0, 120.0)
+    rcs: Complex = (120.0, 120.0)
     """Complex radar cross-section epsilon: real and imaginary part, Eq. (12)."""
     gain: Annotated[Number, Field(gt=0)] = 10.0
     """G_m of the matched filter, Eq. (13)."""
@@ -279,17 +287,15 @@ class UavTable(Table):
     """Angle of the velocity above the horizontal; -90 degrees descends."""
     floor: Annotated[Length, Field(gt=0, validate_default=True)] = 1.0
     """Height at which a descending UAV levels off; at most the height that it starts at."""
-    position: Annotated[tuple[Length, Length, Length] | None, Field(json_schema_extra=LENGTH)] = (
-        None
-    )
+    position: Annotated[InSpace | None, Field(json_schema_extra=LENGTH)] = None
     """Where it starts over the ground: x, y, z."""
-    velocity: Annotated[tuple[Speed, Speed, Speed] | None, Field(json_schema_extra=SPEED)] = None
+    velocity: Annotated[VelocityInSpace | None, Field(json_schema_extra=SPEED)] = None
     """Constant velocity over the ground; it hovers if left out."""
     waypoints: Waypoints | None = None
     """Points t, x, y, z that it passes instead, straight from one to the next."""
-    altimeter_std: Annotated[Length, Field(ge=0)] = 0.5
+    altimeter_std: Annotated[HeightStd, Field(ge=0)] = 0.5
     """Standard deviation of the UAV's own height, as its trackers take it."""
-    terrain_std: Annotated[Length, Field(ge=0)] = 0.5
+    terrain_std: Annotated[HeightStd, Field(ge=0)] = 0.5
     """That of the ground's height under an object, as trackers take it."""
 
     def start(self, geometry: str) -> tuple[float, float, float]:
@@ -332,7 +338,7 @@ class ObjectTable(Table):
         Annotated[Angle, Field(gt=0, lt=math.pi)] | None, Field(json_schema_extra=ANGLE)
     ] = None
     """Where it starts on the road, as seen from where the UAV starts."""
-    position: Annotated[tuple[Length, Length] | None, Field(json_schema_extra=LENGTH)] = None
+    position: Annotated[OnPlane | None, Field(json_schema_extra=LENGTH)] = None
     """Where it starts on the ground: x, y."""
     velocity: Velocity = 0.0
     """Along the road, or a pair along x and y."""
@@ -467,7 +473,7 @@ class TraceTable(Table):
     """Served are the nearest vehicles within this distance on the ground."""
     start: Time | None = None
     """Time in the trace at slot 1; the trace's beginning if left out."""
-    road: tuple[Length, Length, Length, Length] | None = None
+    road: RoadAxis | None = None
     """Two points x1, y1, x2, y2 on the road's axis; fitted to all positions if left out."""
     origin: Annotated[Place | None, Field(json_schema_extra=LENGTH)] = None
     """Position along the road, or point of the plane, of x = 0; the middle if left out."""

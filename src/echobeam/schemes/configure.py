@@ -28,14 +28,22 @@ from echobeam.physics.plane import GroundGeometry, Vector, facing
 from echobeam.physics.road import ROAD_GEOMETRY
 from echobeam.physics.targets import TARGETS
 from echobeam.physics.variance_law import VarianceLaw
-from echobeam.scenario.checking import override_table, read_value
+from echobeam.scenario.checking import ScenarioError, override_table, read_value
 from echobeam.scenario.dump import key_texts
+from echobeam.scenario.geometry import ROAD_KEYS, check_cover
+from echobeam.scenario.limits import MOST_FALSE
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.quantities import ripple_value
 from echobeam.scenario.tables import CoverageTable, FilterTable, TracksTable
 from echobeam.schemes.base import Scheme, SchemeError, System
 from echobeam.schemes.doors import as_scheme
-from echobeam.schemes.parameters import own_parameters, part_names, set_parameter, table_keys
+from echobeam.schemes.parameters import (
+    own_parameters,
+    part_names,
+    road_parameters,
+    set_parameter,
+    table_keys,
+)
 from echobeam.schemes.parts import SchemeOfParts, misfits
 from echobeam.schemes.registry import find_part, find_scheme
 from echobeam.schemes.unlabelled import Unlabelled
@@ -197,9 +205,15 @@ def arrays_of(scenario: Scenario) -> tuple[AntennaArray, AntennaArray]:
 
 
 def detection_of(scenario: Scenario) -> DetectionLaw:
-    """Return the law of detections for a scenario's equipment."""
+    """Return the law of detections for a scenario's equipment.
+
+    Raises
+    ------
+    ScenarioError
+        If there would be more false detections than trackers can take.
+    """
     radar = scenario.radar
-    return detection_law(
+    law = detection_law(
         arrays_of(scenario)[1],
         false_alarm=radar.false_alarm,
         clutter=radar.clutter,
@@ -210,6 +224,14 @@ def detection_of(scenario: Scenario) -> DetectionLaw:
         uav_speed=fastest(scenario),
         fluctuation=fluctuation_of(scenario),
     )
+    if scenario.unlabelled and law.mean_false > MOST_FALSE:
+        raise ScenarioError(
+            f"radar.false_alarm: {radar.false_alarm:g} is not accepted; {law.mean_false:.3g} false "
+            f"detections in a slot, in {law.cells:.3g} resolution cells (of radar.subcarriers, the "
+            "Doppler shifts by radar.pulse_length and radio.carrier, and the antennas); expected "
+            f"at most {MOST_FALSE:g}"
+        )
+    return law
 
 
 def fastest(scenario: Scenario) -> float:
@@ -293,11 +315,14 @@ def _with_parameters(
     for kind in part_names(scheme):
         if kind in values:
             scheme = replace(scheme, **{kind: find_part(kind, str(values[kind]))})  # type: ignore[type-var]
-    own, parts = own_parameters(scheme), part_names(scheme)
-    keys = [key for key in table_keys(scheme, unlabelled=scenario.unlabelled) if key not in own]
-    accepted = [*keys, *own, *parts]
-    others = table_keys(scheme, unlabelled=True)
-    faults = [_unknown(key, accepted, others) for key in values if key not in accepted]
+    road = _of_the_road(scheme) if scenario.geometry == "ground" else set()
+    own = {key: value for key, value in own_parameters(scheme).items() if key not in road}
+    read = table_keys(scheme, unlabelled=scenario.unlabelled)
+    keys = [key for key in read if key not in own and key not in road]
+    accepted = [*keys, *own, *part_names(scheme)]
+    elsewhere = dict.fromkeys(table_keys(scheme, unlabelled=True), _UNLABELLED)
+    elsewhere |= dict.fromkeys(road, _ROAD)
+    faults = [_unknown(key, accepted, elsewhere) for key in values if key not in accepted]
     system = system_of(scenario)
     try:
         system = _system(scenario, {key: values[key] for key in values if key in keys}, label)
@@ -322,17 +347,28 @@ def _system(scenario: Scenario, values: Mapping[str, object], label: str) -> Sys
     def of(table: type[BaseModel]) -> dict[str, object]:
         return {key: value for key, value in values.items() if key in table.model_fields}
 
+    coverage = override_table(scenario.coverage, of(CoverageTable), label)
+    check_cover(scenario.geometry, coverage)
     return system_of(
         scenario,
         override_table(scenario.filter, of(FilterTable), label),
-        override_table(scenario.coverage, of(CoverageTable), label),
+        coverage,
         override_table(scenario.tracks, of(TracksTable), label),
     )
 
 
-def _unknown(key: str, accepted: Sequence[str], unlabelled: Sequence[str]) -> str:
-    if key in unlabelled:
-        return f'{key}: a parameter only of runs with radar.detections = "unlabelled"'
+_UNLABELLED = 'radar.detections = "unlabelled"'
+_ROAD = 'geometry = "road"'
+
+
+def _of_the_road(scheme: Scheme) -> set[str]:
+    """Return the parameters of a scheme that have no meaning on the ground."""
+    return {*ROAD_KEYS["filter"], *road_parameters(scheme)}
+
+
+def _unknown(key: str, accepted: Sequence[str], elsewhere: Mapping[str, str]) -> str:
+    if key in elsewhere:
+        return f"{key}: a parameter only of runs with {elsewhere[key]}"
     near = difflib.get_close_matches(key, accepted, n=1)
     hint = f"did you mean {near[0]!r}? " if near else ""
     there = f"accepted here: {', '.join(accepted)}" if accepted else "this scheme has no parameters"

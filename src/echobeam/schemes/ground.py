@@ -93,6 +93,7 @@ class GroundTracker:
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("velocity_std", "velocity_prior")
+    road_only: ClassVar[tuple[str, ...]] = ("points", "first_points", "iterations", "motion")
 
     points: int = 32
     first_points: int = 64

@@ -49,6 +49,15 @@ def _read_by(part: object, otherwise: bool) -> tuple[str, ...]:
     return tuple(getattr(part, "parameters", TABLE_KEYS if otherwise else ()))
 
 
+def road_parameters(scheme: object) -> list[str]:
+    """Return the plain fields of a scheme's parts that have no meaning on the ground.
+
+    A part says so in an attribute ``road_only``.
+    """
+    parts = (getattr(scheme, name) for name in part_names(scheme))
+    return [key for part in parts for key in getattr(part, "road_only", ())]
+
+
 def part_names(scheme: object) -> list[str]:
     """Return the parts that can be exchanged."""
     return list(PARTS) if isinstance(scheme, SchemeOfParts) else []

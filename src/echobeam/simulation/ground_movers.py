@@ -10,7 +10,7 @@ from echobeam.physics.flight import FlightPath, Waypoints
 from echobeam.physics.motion import move_along_road
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import ObjectTable
-from echobeam.simulation.movers import Ground, Mover, slot_at, traced
+from echobeam.simulation.movers import ALONG, Ground, Mover, slot_at, traced
 from echobeam.simulation.randomness import Use, object_normals
 from echobeam.values import NOBODY, Array, IntArray, UavState
 
@@ -66,6 +66,13 @@ class OnGround:
             faster = np.where(enters, self.velocity, faster)
         return self._ground(moved, faster, slot + 1)
 
+    def standing(self, slot: int) -> Array:
+        """Return the headings of objects that wait on their paths; the others have velocities."""
+        heading = np.tile(ALONG, (len(self.position), 1))
+        for index, path in self.paths.items():
+            heading[index] = _next_step(path, slot * self.slot_duration, heading[index])
+        return heading
+
     def _ground(self, place: Array, velocity: Array, slot: int) -> Ground:
         number = np.arange(len(self.position))
         there = (self.first <= slot) & (slot <= self.last)
@@ -106,6 +113,18 @@ def ground_mover(scenario: Scenario, flight: FlightPath) -> Mover:
         first=slot_at([item.appears for item in objects], slot),
         last=slot_at(ends, slot) - 1,
     )
+
+
+def _next_step(path: Waypoints, time: float, otherwise: Array) -> Array:
+    """Return the next straight piece ``(3,)`` of a path after a time, s, or else its last one."""
+    points = np.array(path.points)
+    pieces = np.diff(points[:, 1:], axis=0)
+    moves = np.flatnonzero((pieces != 0.0).any(axis=-1))
+    if not moves.size:
+        return otherwise
+    coming = moves[points[1:, 0][moves] > time]
+    step: Array = pieces[coming[0] if coming.size else moves[-1]]
+    return step
 
 
 def _start(item: ObjectTable) -> tuple[float, float]:

@@ -24,6 +24,10 @@ LAST_SLOT = 2**62
 """Slot after all others, for objects that never leave."""
 
 
+ALONG = (1.0, 0.0, 0.0)
+"""Heading of an object that never moves: the road's direction."""
+
+
 @dataclass(frozen=True, slots=True)
 class Ground:
     """Objects in ground coordinates at the beginning of a slot.
@@ -63,6 +67,13 @@ class Mover(Protocol):
             That slot, counted from 0.
         seed, trials
             Key of nature's own noise.
+        """
+
+    def standing(self, slot: int) -> Array:
+        """Return vectors ``(K, 3)``, or one for all, along the headings of objects at rest.
+
+        That of the last motion, or of the first one to come; used where an object rests in the
+        first slot in which it is there. Nature alone knows it.
         """
 
 
@@ -117,6 +128,10 @@ class Kinematic:
             faster = np.where(enters, self.velocity, faster)
         return self._ground(moved, faster, slot + 1)
 
+    def standing(self, slot: int) -> Array:
+        """Return the road's direction, of an object without a velocity."""
+        return np.array(ALONG)
+
     def _ground(self, x: Array, velocity: Array, slot: int) -> Ground:
         number = np.arange(x.shape[-1])
         there = (self.first <= slot) & (slot <= self.last)
@@ -132,9 +147,18 @@ class Kinematic:
 
 @dataclass(frozen=True, slots=True)
 class Traced:
-    """Vehicles of a recorded trace; the motion is looked up."""
+    """Vehicles of a recorded trace; the motion is looked up.
+
+    Attributes
+    ----------
+    motion
+        Of the vehicles that are served.
+    heading
+        ``(slots, K, 3)``: headings, see `standing_headings`.
+    """
 
     motion: TraceMotion
+    heading: Array
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -148,6 +172,11 @@ class Traced:
     def advance(self, ground: Ground, slot: int, uav: UavState, seed: int, trials: range) -> Ground:
         """Return the vehicles one slot later."""
         return self._ground(slot + 1)
+
+    def standing(self, slot: int) -> Array:
+        """Return the headings in a slot."""
+        heading: Array = self.heading[slot]
+        return heading
 
     def _ground(self, slot: int) -> Ground:
         place, velocity = self.motion.position[slot], self.motion.velocity[slot]
@@ -205,7 +234,30 @@ def traced(scenario: Scenario, flight: FlightPath) -> Traced:
     assert file is not None
     changed = file.stat().st_mtime_ns if file.is_file() else 0
     plane = scenario.geometry == "ground"
-    return Traced(_motion(file, changed, table, flight, scenario.n_slots, plane))
+    motion = _motion(file, changed, table, flight, scenario.n_slots, plane)
+    return Traced(motion, standing_headings(motion))
+
+
+def standing_headings(motion: TraceMotion) -> Array:
+    """Return the headings of a trace's vehicles, ``(slots, K, 3)``: those of their velocities.
+
+    A vehicle at rest has that of its last motion while it was served, before that of its first
+    one, and if there is none the road's direction.
+    """
+    axes = motion.velocity.shape[2:] or (1,)
+    velocity = motion.velocity.reshape(motion.identity.size, *axes)
+    there = np.flatnonzero(motion.present)
+    order = there[np.argsort(motion.identity.ravel()[there], kind="stable")]  # then by slot
+    who, moves = motion.identity.ravel()[order], (velocity[order] != 0.0).any(axis=-1)
+    place = np.arange(order.size)
+    last = np.maximum.accumulate(np.where(moves, place, -1))
+    following = np.minimum.accumulate(np.where(moves, place, order.size)[::-1])[::-1]
+    padded = np.append(who, NOBODY)  # where an index of no motion, -1 or the size, leads to
+    chosen = np.where(padded[last] == who, last, following)
+    some = padded[chosen] == who
+    heading = np.tile(ALONG, (motion.identity.size, 1))
+    heading[order[some], : velocity.shape[-1]] = velocity[order[chosen[some]]]
+    return heading.reshape(*motion.identity.shape, len(ALONG))
 
 
 @lru_cache(maxsize=4)

@@ -121,9 +121,10 @@ class World:
 
     def advance(self) -> World:
         """Return nature one slot later."""
-        ground = self.scene.mover.advance(self.ground, self.slot, self.uav, self.seed, self.trials)
-        heading = headings(ground, self.ground.identity, self.heading)
-        return _seen(replace(self, slot=self.slot + 1, ground=ground, heading=heading))
+        mover, slot = self.scene.mover, self.slot + 1
+        ground = mover.advance(self.ground, self.slot, self.uav, self.seed, self.trials)
+        heading = headings(ground, self.ground.identity, self.heading, mover, slot)
+        return _seen(replace(self, slot=slot, ground=ground, heading=heading))
 
     def addressed(self, addressee: IntArray) -> BoolArray:
         """Return ``(T, K, C)``: whether a stream is for an object, by identities ``(T, C)``."""
@@ -135,7 +136,7 @@ def begin(scene: Scene, seed: int, trials: range) -> World:
     """Return nature in the first slot of some trials."""
     ground = scene.mover.begin()
     nothing = np.empty(0)
-    heading = headings(ground, ground.identity, None)
+    heading = headings(ground, ground.identity, None, scene.mover, 0)
     return _seen(World(scene, seed, trials, 0, scene.flight.at(0), ground, nothing, heading))
 
 

@@ -14,7 +14,7 @@ from echobeam.simulation.loop import SlotRecord, run_slots
 from echobeam.simulation.movers import Ground, Kinematic, Mover
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import World, begin
-from echobeam.values import NOBODY, StateSpace, UavState
+from echobeam.values import NOBODY, Array, StateSpace, UavState
 
 Numbers = npt.NDArray[np.float64] | npt.NDArray[np.complex128]
 
@@ -85,6 +85,10 @@ class Bent:
             nobody = np.full_like(moved.identity, NOBODY)
             return Ground(nowhere, nowhere, nobody)
         return moved
+
+    def standing(self, slot: int) -> Array:
+        """Return the headings of objects at rest, as they were."""
+        return self.mover.standing(slot)
 
 
 _NONE = np.empty(0, dtype=np.int64)
@@ -276,6 +280,10 @@ class Elsewhere:
     def advance(self, ground: Ground, slot: int, uav: UavState, seed: int, trials: range) -> Ground:
         """Return the objects one slot later."""
         return self.mover.advance(ground, slot, uav, seed, trials)
+
+    def standing(self, slot: int) -> Array:
+        """Return the headings of objects at rest."""
+        return self.mover.standing(slot)
 
 
 def _check_measured(scheme: ConfiguredScheme, scenario: Scenario) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from echobeam.simulation.dataset import TRACK_VARIABLES, VARIABLES
 from echobeam.store.block_files import BlockFiles
-from echobeam.store.recorded import Done
+from echobeam.store.recording import Done
 from echobeam.store.result import VARY, WHOLE_RESULT, write_dataset, write_result
 from echobeam.store.work import Progress
 from echobeam.store.workers import HERE, Workers, do_all
