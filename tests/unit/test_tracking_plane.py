@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from echobeam.physics.plane import GROUND_GEOMETRY, facing
+from echobeam.physics.plane import GROUND_GEOMETRY, GroundGeometry, facing
 from echobeam.tracking.ground import GroundMeasurement, GroundMotion
 from echobeam.tracking.plane import PlaneMeasurement, PlaneMotion
 from echobeam.tracking.plane_start import first_state
@@ -81,16 +81,35 @@ def test_cosines_that_say_nothing_are_no_direction():
     assert np.isfinite(found.cov[1:]).all()
 
 
-def test_one_cosine_leaves_the_other_axis_open():
-    model = PlaneMeasurement(GROUND_GEOMETRY, CARRIER)
-    uav = UavState(np.array([0.0, 0.0, 100.0]), np.zeros(3))
-    truth = np.array([[60.0, 0.0, 10.0, 0.0]])
-    value = model.expected(truth, uav)
-    value[0, 1] = np.nan
-    variance = np.array([[1e-4, np.inf, 1e-20, 1e2]])
-    found = first_state(value, variance, model, uav, 30.0)
-    np.testing.assert_allclose(found.mean[0, :2], [60.0, 0.0], atol=1e-3)
-    assert found.cov[0, 1, 1] == pytest.approx(60.0**2, rel=1e-6)
+LINES = [(1.0, 0.0, 0.0), (0.6, -0.8, 0.0), (0.0, 0.48, -0.8773), (0.0, 0.0, -1.0)]
+"""Directions of linear arrays: level ones, a tilted one, the vertical one."""
+
+
+@pytest.mark.parametrize("along", LINES)
+def test_one_cosine_gives_one_of_the_places_that_it_cannot_tell_apart(along):
+    """Of mirrored places, or of a ring, one that has the object's cosine and distance.
+
+    Errors of both have the belief's variance within five standard errors, and are none above those
+    of the measurement, since the height tells as well.
+    """
+    rng = np.random.default_rng(7)
+    geometry = GroundGeometry(along_rows=along, normal=None)
+    model = PlaneMeasurement(geometry, CARRIER)
+    uav = UavState(np.array([5.0, -3.0, 100.0]), np.zeros(3))
+    truth = np.tile([45.0, 47.0, 0.0, 0.0], (200, 1))
+    std = np.array([0.02, np.inf, 2.0 / SPEED_OF_LIGHT, 1e6])
+    exact = model.expected(truth, uav)
+    value = exact + np.where(np.isfinite(std), std, 0.0) * rng.normal(size=truth.shape)
+    value[:, 1] = np.nan
+    found = first_state(value, np.broadcast_to(std**2, value.shape), model, uav, 30.0)
+    assert found.known.all()
+    pick = [0, 2]
+    error = (model.expected(found.mean, uav) - exact)[:, pick]
+    H = model.jacobian(found.mean, uav)[:, pick, :2]
+    cov = H @ found.cov[:, :2, :2] @ np.swapaxes(H, -1, -2)
+    square = error**2 / np.diagonal(cov, axis1=-2, axis2=-1)
+    np.testing.assert_allclose(square.mean(axis=0), 1.0, atol=5 * np.sqrt(2.0 / len(square)))
+    assert (np.sqrt(np.square(error).mean(axis=0)) < 1.1 * std[pick]).all()
 
 
 AHEAD = facing((1.0, 0.0, 0.0))

@@ -111,7 +111,7 @@ def _predicted(belief: GaussianBelief, view: View) -> GaussianState:
 
 def _started(state: GaussianState, value: Array, variance: Array, view: View) -> GaussianState:
     """Return the belief with a first state for every unknown object that was measured."""
-    new = ~state.known & np.isfinite(value[..., 0])
+    new = ~state.known & np.isfinite(value).any(axis=-1)
     if not new.any():
         return state
     return _choose(new, first_state(value, variance, view), state)
@@ -189,7 +189,7 @@ class DeadReckoning:
 
 def _renewed(prior: GaussianBelief, detections: Detections, view: View) -> GaussianState:
     value, variance = labelled(detections, prior.id)
-    if not np.isfinite(value[..., 0]).any():
+    if not np.isfinite(value).any():
         return prior.state
     fresh = first_state(value, variance, view)
     return _choose(fresh.known, fresh, prior.state)

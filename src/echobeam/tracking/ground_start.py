@@ -12,6 +12,10 @@ from echobeam.values import Array, UavState
 REACH = 5.0
 """Standard deviations of the measured place, to either side, in which a new object is sought."""
 
+ABREAST = 0.1
+"""Half the width, over the farthest distance on the ground, of the part of a ring that stands for
+all of it: its bend, a two-hundredth of its radius, is below the errors of a first measurement."""
+
 MARGIN = 5.0
 """Length in m by which the delay's own error is exceeded at least: no rectangle is of size zero."""
 
@@ -28,7 +32,8 @@ def first_state(
     """Return the posterior of a first measurement, before which every position is as likely.
 
     The rectangle of positions is that of the measured direction and distance, by their errors, no
-    longer than the distance.
+    longer than the distance. One cosine, of an array of a single row or column, is the same at
+    mirrored places, and of a vertical one on a whole ring: then it is on one side only.
 
     Parameters
     ----------
@@ -84,7 +89,53 @@ def sought(
     farthest = distance + beyond
     lower, upper = (np.clip(place + side * off, -farthest, farthest) for side in (-1.0, 1.0))
     centre = uav.position[:2] + 0.5 * (lower + upper)
-    return centre, 0.5 * (upper - lower)[..., None] * np.eye(2)
+    reach = 0.5 * (upper - lower)[..., None] * np.eye(2)
+    one = measured[..., :2].sum(axis=-1) == 1
+    for axis in range(2):
+        only = one & measured[..., axis]
+        if only.any():
+            centre[only], reach[only] = _one_side(
+                value[only][:, axis] * distance[only][:, 0],
+                wide[only][:, axis] * distance[only][:, 0] + beyond[only][:, 0],
+                farthest[only][:, 0],
+                np.array(model.array[axis]),
+                np.array(model.facing),
+                uav,
+            )
+    return centre, reach
+
+
+def _one_side(
+    along: Array, off: Array, farthest: Array, axis: Array, facing: Array, uav: UavState
+) -> tuple[Array, Array]:
+    """Return the rectangle on one side of the vertical plane in which an array of one line lies.
+
+    Parameters
+    ----------
+    along, off
+        ``(n,)`` m: the measured component of the line of sight along the array, and its error.
+    farthest
+        ``(n,)`` m.
+    axis, facing
+        Unit vectors along the array, and of where it looks.
+    uav
+        The UAV in the slot.
+    """
+    level = np.hypot(*axis[:2])
+    if level > 1e-6:
+        direction = axis[:2] / level
+        start = (along + axis[2] * uav.position[2]) / level
+        ends = [np.clip(start + side * off / level, -farthest, farthest) for side in (-1.0, 1.0)]
+    else:  # the same all around
+        ends = [-ABREAST * farthest, ABREAST * farthest]
+        length = np.hypot(*facing[:2])
+        direction = np.array([facing[1], -facing[0]]) / length if length > 0.0 else np.eye(2)[1]
+    across = np.array([-direction[1], direction[0]])
+    across *= 1.0 if facing[:2] @ across >= 0.0 else -1.0
+    middle, half = 0.5 * (ends[0] + ends[1]), np.maximum(0.5 * (ends[1] - ends[0]), MARGIN)
+    centre = middle[:, None] * direction + 0.5 * farthest[:, None] * across
+    reach = [half[:, None] * direction, 0.5 * farthest[:, None] * across]
+    return uav.position[:2] + centre, np.stack(reach, axis=-2)
 
 
 def _third(size: Array) -> Array:

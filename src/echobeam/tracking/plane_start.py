@@ -14,7 +14,7 @@ from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array, BoolArray, GaussianState, IntArray, UavState
 
 WEAK = 1e-6
-"""Weight of the prior by which matrices can be inverted where both cosines are measured."""
+"""Weight of the prior by which matrices can be inverted."""
 
 LEAST = 1e-13
 """Least information along any axis over the whole: less is lost in rounding."""
@@ -43,12 +43,10 @@ def first_state(
     least-squares estimate, found by Gauss-Newton steps, with the covariance (H^T R^-1 H)^-1. The
     Doppler then updates a prior N(0, velocity_std^2) of both velocities.
 
-    Where a step comes near the plane of the array, behind which there is no echo, mean and
-    covariance are those of the posterior in front of it, before which every position is as likely
-    (`echobeam.tracking.ground_start`).
-
-    Where an array of one column leaves a cosine open the object is taken to be abreast of the
-    UAV in that direction, uncertain by what delay and height allow.
+    Where a step comes near the plane of the array, behind which there is no echo, and where an
+    array of one row or column measures one cosine, mean and covariance are those of the posterior
+    of `echobeam.tracking.ground_start`, before which every position in front of the array is as
+    likely, for one cosine on one side of it.
 
     Parameters
     ----------
@@ -70,10 +68,8 @@ def first_state(
     used[..., :2] &= variance[..., :2] < 1.0  # a cosine this uncertain may be any
     known: BoolArray = used[..., 2] & used[..., :2].any(axis=-1) & (distance[..., 0] > 0.0)
     weight = np.where(used, 1.0 / np.where(used, variance, 1.0), 0.0)
-    whole = used[..., :2].all(axis=-1, keepdims=True)
-    within = _within_reach(distance, height)
-    open_axis = np.where(whole, WEAK * within, within)
-    near = np.zeros_like(known)
+    weak = WEAK * _within_reach(distance, height)
+    apart = known & ~used[..., :2].all(axis=-1)
     with np.errstate(all="ignore"):  # objects that were not measured
         mean[..., :2] = uav.position[:2] + _on_ground(model, place[..., :2], distance, height)
         for _ in range(STEPS):
@@ -81,12 +77,12 @@ def first_state(
             error = np.where(used, value - model.expected(mean, uav), 0.0)[..., :3]
             information, slope = _normal(H, weight[..., :3], error)
             least = LEAST * np.trace(information, axis1=-2, axis2=-1)[..., None]
-            information[..., [0, 1], [0, 1]] += np.maximum(open_axis, least)
+            information[..., [0, 1], [0, 1]] += np.maximum(weak, least)
             cov[..., :2, :2] = np.linalg.inv(_safe(information, known))
-            near |= known & _near_plane(mean, cov, model, uav)
+            apart |= known & _near_plane(mean, cov, model, uav)
             mean[..., :2] += np.einsum("...ij,...j->...i", cov[..., :2, :2], slope)
             mean[..., :2] = _reachable(mean[..., :2], uav, distance)
-        near |= known & _near_plane(mean, cov, model, uav)
+        apart |= known & _near_plane(mean, cov, model, uav)
         cov[..., [2, 3], [2, 3]] = velocity_std**2
         doppler = slice(3, 4)
         innovation = model.residual(value, model.expected(mean, uav))
@@ -94,8 +90,9 @@ def first_state(
         mean, cov = gaussian.update(
             mean, cov, innovation[..., doppler], H[..., doppler, :], variance[..., doppler]
         )
-    for some in _pieces(near):
-        mean[some], cov[some] = _in_front(value[some], variance[some], model, uav, velocity_std)
+    value = np.where(used, value, np.nan)
+    for some in _pieces(apart):
+        mean[some], cov[some] = _posterior(value[some], variance[some], model, uav, velocity_std)
     return living(mean, cov, known, GROUND)
 
 
@@ -116,16 +113,18 @@ def _pieces(chosen: BoolArray) -> list[tuple[IntArray, ...]]:
     return [tuple(each[at : at + 256] for each in places) for at in range(0, count, 256)]
 
 
-def _in_front(
+def _posterior(
     value: Array, variance: Array, model: PlaneMeasurement, uav: UavState, velocity_std: float
 ) -> tuple[Array, Array]:
     """Return mean ``(n, 4)`` and covariance of the posterior of measurements ``(n, 4)``."""
     geometry = model.geometry
-    normal = np.array(geometry.normal)
 
     def law(state: Array) -> Array:
-        behind = offset_of(state, uav) @ normal <= 0.0
-        return np.where(behind[..., None], np.inf, variance[:, None, :])
+        stated = np.broadcast_to(variance[:, None, :], (*state.shape[:-1], variance.shape[-1]))
+        if geometry.normal is None:
+            return stated
+        behind = offset_of(state, uav) @ np.array(geometry.normal) <= 0.0
+        return np.where(behind[..., None], np.inf, stated)
 
     axes = geometry.along_rows, geometry.along_columns
     found = ground_start.first_state(
