@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -234,6 +235,10 @@ def test_a_batch_survives_a_grid_beyond_memory() -> None:
     )
     answers = design_batch(batch)
     assert answers.fallback.tolist() == [True, False]
+    warm = replace(batch, warm_start=np.full((2, 1, 8), 0.1 + 0j))
+    again = design_batch(warm)
+    assert again.fallback.tolist() == [True, False]
+    assert again.objective[1] >= answers.objective[1] * (1.0 - 1e-9)
 
 
 def test_reference_without_cvxpy_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -248,7 +248,7 @@ def test_the_nearest_are_served_each_in_one_column(ways, max_objects, range_m):
     ids = tuple("abcdef"[: len(ways)])
     ground = np.zeros(table.shape[1])
     found = Sightings(slot, vehicle, position, -position)
-    motion = serve(found, ids, ground, max_objects, float(range_m))
+    motion = serve(found, ids, np.zeros((len(ids), 1)), ground, max_objects, float(range_m))
     for n, column in enumerate(table.T):
         near = [i for i, x in enumerate(column) if abs(x) <= range_m]
         nearest = sorted(near, key=lambda i, column=column: (abs(column[i]), ids[i]))[:max_objects]

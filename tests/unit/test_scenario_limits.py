@@ -17,6 +17,7 @@ from echobeam.scenario.limits import (
     MOST_COVER_POINTS,
     MOST_FALSE,
     MOST_HEIGHT_STD,
+    MOST_PULSE,
     MOST_SPACING,
     cover_points,
 )
@@ -60,6 +61,7 @@ FAULTS = [
     ("paper-multi", {"coverage.ripple": "1e300 N_t"}, "coverage.ripple: .* at most 1e.30 "),
     ("paper-multi", {"coverage.min_rate": 1e3}, "coverage.min_rate: .* at most 300 bit/s/Hz"),
     ("paper-multi", {"uav.altimeter_std": 1e6}, "uav.altimeter_std: .* at most 10000 m"),
+    ("paper-multi", {"radar.pulse_length": 1e9}, "radar.pulse_length: .* at most 10000 s"),
     ("paper-multi", {"radio.noise": 1e-200}, "radio.noise: 1e-200 .* at least 1e-30 "),
     ("paper-multi", {"uav.height": 10**400}, "uav.height: a number too large"),
     ("paper-multi", {"objects.0.angle": 1e-20}, "objects.0.angle: 1e-20 rad .* 1e.22 m away"),
@@ -122,7 +124,7 @@ def test_a_schemes_own_grid_is_counted_too(name):
 
 
 @pytest.mark.parametrize(
-    "changes", [{"radar.pulse_length": 1e9}, {"radio.carrier": 1e18}, {"radar.pulse_length": 1e4}]
+    "changes", [{"radar.pulse_length": 1e2}, {"radio.carrier": 1e18}, {"radar.pulse_length": 1e4}]
 )
 def test_more_false_detections_than_trackers_take_are_refused(changes):
     """Cells N x 2 (2 f_c / c) v_max T x N_r times a millionth each, over a thousand."""
@@ -153,6 +155,7 @@ EDGES = [
     ("ground", {"filter.velocity_prior": 2.9e8, "filter.velocity_std": 2.9e8}),
     ("ground", {"coverage.width": MOST["number"]}),
     ("paper-multi", {"uav.altimeter_std": MOST_HEIGHT_STD}),
+    ("paper-multi", {"radar.pulse_length": MOST_PULSE, "truth.altitude_errors": True}),
     ("paper-multi", {"frame.slot": LEAST}),
     ("paper-multi", {"radar.rcs": [MOST["number"], 0]}),
     ("paper-multi", {"objects.0.angle": 1.1 * 100.0 / MOST["length"]}),
@@ -166,5 +169,6 @@ def test_runs_at_the_limits_have_no_infinities(name, changes):
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         result = eb.simulate(load_scenario(name, short), ["temporal"], trials=1, progress=False)
+        eb.summary(result)
     assert np.isfinite(result.rate).all()
     assert (result.rate >= 0.0).all()

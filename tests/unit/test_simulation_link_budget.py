@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import echobeam as eb
-from echobeam.scenario.limits import LEAST, MOST, MOST_SPACING
+from echobeam.scenario.limits import LEAST, MOST, MOST_PULSE, MOST_SPACING
 from echobeam.simulation.assumptions import MOST_SLOTS
 from echobeam.simulation.description import describe
 
@@ -239,7 +239,7 @@ def test_an_empty_scene_and_an_endless_run_are_described():
         {"array.spacing": LEAST},
         {"radio.carrier": LEAST},
         {"radio.carrier": MOST["frequency"]},
-        {"radar.pulse_length": MOST["time"], "radar.crb": "exact"},
+        {"radar.pulse_length": MOST_PULSE, "radar.crb": "exact"},
         {"radar.bandwidth": MOST["frequency"]},
         {"radio.noise": MOST["number"], "radar.noise": LEAST},
         {"frame.slot": MOST["time"], "objects.0.acceleration": 0},

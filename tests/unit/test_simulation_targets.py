@@ -13,6 +13,7 @@ from echobeam.scenario.checking import ScenarioError
 from echobeam.simulation.headings import headings
 from echobeam.simulation.movers import Ground, standing_headings
 from echobeam.simulation.scene import scene_of
+from echobeam.simulation.world import begin
 from echobeam.traces import TraceMotion
 from echobeam.values import NOBODY, UavState
 
@@ -210,7 +211,7 @@ def test_an_object_that_comes_late_to_its_path_stands_as_it_drives_next_or_has_d
         np.testing.assert_array_equal(mover.standing(slot), [expected])
 
 
-def test_a_vehicle_of_a_trace_stands_as_it_drove_or_will_drive():
+def test_a_vehicle_of_a_trace_stands_as_it_drove_or_as_the_whole_trace_says():
     """Columns change hands, a vehicle comes back, and one never moves; by hand."""
     n = np.nan
     identity = np.array([[0, 1], [0, 1], [0, 1], [2, 0], [2, 0], [-1, 2]])
@@ -219,17 +220,57 @@ def test_a_vehicle_of_a_trace_stands_as_it_drove_or_will_drive():
         [[0, 0], [0, 0]], [[-1, 2], [4, 0]], [[n, n], [0, 0]],
     ])  # fmt: skip
     present = identity >= 0
-    motion = TraceMotion(identity, velocity, velocity, present, ("a", "b", "c"))
+    stands = np.array([[0.0, 9.0], [0.0, 0.0], [-9.0, 0.0]])
+    motion = TraceMotion(identity, velocity, velocity, present, ("a", "b", "c"), stands)
     found = standing_headings(motion)
     drove, still, late = [0, 3, 0], [1, 0, 0], [-1, 2, 0]
     np.testing.assert_array_equal(found, [
-        [drove, still], [drove, still], [drove, still],
-        [late, drove], [late, [4, 0, 0]], [still, late],
+        [[0, 9, 0], still], [drove, still], [drove, still],
+        [[-9, 0, 0], drove], [late, [4, 0, 0]], [still, late],
     ])  # fmt: skip
-    road = TraceMotion(identity, velocity[..., 1], velocity[..., 1], present, ("a", "b", "c"))
-    np.testing.assert_array_equal(standing_headings(road)[3], [[2, 0, 0], [3, 0, 0]])
-    nobody = TraceMotion(identity[:, :0], velocity[:, :0], velocity[:, :0], present[:, :0], ())
+    road = TraceMotion(
+        identity, velocity[..., 1], velocity[..., 1], present, ("a", "b", "c"), stands[:, :1]
+    )
+    found = standing_headings(road)
+    np.testing.assert_array_equal(found[[0, 3]], [[still, still], [[-9, 0, 0], [3, 0, 0]]])
+    nobody = TraceMotion(
+        identity[:, :0], velocity[:, :0], velocity[:, :0], present[:, :0], (), stands[:0]
+    )
     assert standing_headings(nobody).shape == (6, 0, 3)
+
+
+STANDS = """t,id,x,y
+0,late,10,50
+1,late,10,50
+2,late,10,45
+3,late,10,30
+4,late,10,10
+0,early,-10,-50
+1,early,-7,-46
+2,early,-4,-42
+3,early,-4,-42
+4,early,-4,-42
+0,never,30,30
+4,never,30,30
+"""
+
+
+@pytest.mark.parametrize(
+    ("start", "places"), [(0.0, {"late": (0, -1)}), (3.2, {"early": (3, 4), "never": (1, 0)})]
+)
+def test_a_standing_vehicle_of_a_trace_has_a_heading_beyond_the_run(tmp_path, start, places):
+    """It moves a second after the run, or has moved a second before."""
+    (tmp_path / "stands.csv").write_text(STANDS)
+    scenario = eb.load_scenario("ground-traffic", {
+        "trace.file": str(tmp_path / "stands.csv"), "trace.origin": [0, 0], "trace.start": start,
+        "frame.frames": 1, "frame.slots_per_frame": 2,
+    })  # fmt: skip
+    world = begin(scene_of(scenario), 0, range(1))
+    for name, way in places.items():
+        column = list(world.identity).index(world.scene.mover.names.index(name))
+        heading = world.heading[0, column, :2]
+        np.testing.assert_allclose(heading / np.hypot(*heading), np.array(way) / np.hypot(*way),
+                                   atol=0.1)  # fmt: skip
 
 
 def test_an_object_that_stops_keeps_its_heading():

@@ -19,7 +19,7 @@ def served(positions, max_objects=2, range_m=100.0, uav_x=0.0):
     slots, vehicles = np.shape(positions)
     names = tuple("abcdefgh"[:vehicles])
     ground = np.broadcast_to(np.asarray(uav_x, dtype=float), (slots,))
-    return serve(sightings(positions), names, ground, max_objects, range_m)
+    return serve(sightings(positions), names, np.zeros((vehicles, 1)), ground, max_objects, range_m)
 
 
 def test_nearest_are_served_and_the_rest_are_not():

@@ -24,7 +24,7 @@ from echobeam.beamforming.objective import rates
 from echobeam.beamforming.problem import BeamProblem, ProblemBatch, ProblemError
 from echobeam.beamforming.proposal import Proposal
 from echobeam.beamforming.trials import distinct_trials, sound_trials
-from echobeam.values import ComplexArray
+from echobeam.values import ComplexArray, IntArray
 
 GAP = 1e-4
 """Relative gap that is proved unless another one is asked for."""
@@ -108,9 +108,12 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
     left = list(range(len(distinct)))
     if method == "fast":
         left, found = _design_together(distinct, answer)
+    sound = np.ones(len(distinct), dtype=bool)
     for trial in left:
-        _put(answer, distinct, trial, _one(distinct, trial, method, found.get(trial)))
-    _take_given(distinct, answer)
+        one = _one(distinct, trial, method, found.get(trial))
+        sound[trial] = not isinstance(one, str)
+        _put(answer, distinct, trial, one)
+    _take_given(distinct, answer, np.flatnonzero(sound))
     return BatchAnswer(
         beams=answer.beams[same_as],
         objective=answer.objective[same_as],
@@ -126,10 +129,13 @@ def design_batch(batch: ProblemBatch, method: str = "fast") -> BatchAnswer:
 GIVEN = "no search found beams better than those that it was given to start from"
 
 
-def _take_given(batch: ProblemBatch, answer: BatchAnswer) -> None:
-    """Put the beams given in place of those found where they are better."""
-    better = better_given(batch, answer.objective, ~answer.fallback)
-    for trial in np.flatnonzero(better).tolist():
+def _take_given(batch: ProblemBatch, answer: BatchAnswer, sound: IntArray) -> None:
+    """Put the beams given in place of those found where they are better.
+
+    ``sound`` are the trials whose numbers make a problem; others are not even examined.
+    """
+    better = better_given(batch.taken(sound), answer.objective[sound], ~answer.fallback[sound])
+    for trial in sound[better].tolist():
         problem = batch.problem(trial)
         assert problem.warm_start is not None
         answer.beams[trial, batch.active[trial]] = problem.warm_start

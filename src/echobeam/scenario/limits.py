@@ -32,6 +32,9 @@ SLOWER = f"less than the speed of light, {SPEED_OF_LIGHT:g} m/s"
 MOST_SPACING = 100.0
 """Largest antenna spacing in wavelengths, as of beam problems."""
 
+MOST_PULSE = 1e4
+"""Longest pulse, s: a Doppler shift is then exact to a thousandth of a millihertz."""
+
 MOST_HEIGHT_STD = 1e4
 """Largest standard deviation of a height, m: above those of all flights in the air."""
 

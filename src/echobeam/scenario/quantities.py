@@ -11,7 +11,13 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer
 
 from echobeam.numerals import plain, whole
-from echobeam.scenario.limits import MOST_HEIGHT_STD, MOST_SPACING, SLOWER, limited_quantity
+from echobeam.scenario.limits import (
+    MOST_HEIGHT_STD,
+    MOST_PULSE,
+    MOST_SPACING,
+    SLOWER,
+    limited_quantity,
+)
 from echobeam.units import SPEED_OF_LIGHT, QuantityError, parse_quantity
 
 
@@ -31,6 +37,9 @@ Rate = Annotated[float, _reader("rate"), Field(json_schema_extra={"kind": "rate"
 Number = Annotated[float, _reader("number"), Field(json_schema_extra={"kind": "number"})]
 Spacing = Annotated[
     float, _reader("number", MOST_SPACING), Field(json_schema_extra={"kind": "number"})
+]
+PulseLength = Annotated[
+    float, _reader("time", MOST_PULSE), Field(json_schema_extra={"kind": "time"})
 ]
 HeightStd = Annotated[
     float, _reader("length", MOST_HEIGHT_STD), Field(json_schema_extra={"kind": "length"})

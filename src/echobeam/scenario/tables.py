@@ -30,6 +30,7 @@ from echobeam.scenario.quantities import (
     Path,
     Place,
     Polarisations,
+    PulseLength,
     Rate,
     Ripple,
     RoadAxis,
@@ -208,7 +209,7 @@ class RadarTable(Table):
     """G_m of the matched filter, Eq. (13)."""
     bandwidth: Annotated[Frequency, Field(gt=0)] = 80e6
     """Kappa, Eq. (20)."""
-    pulse_length: Annotated[Time, Field(gt=0)] = 1e-5
+    pulse_length: Annotated[PulseLength, Field(gt=0)] = 1e-5
     """Iota, Eq. (21)."""
     noise: Annotated[Number, Field(gt=0)] = 1.0
     """sigma^2."""

@@ -241,22 +241,20 @@ def traced(scenario: Scenario, flight: FlightPath) -> Traced:
 def standing_headings(motion: TraceMotion) -> Array:
     """Return the headings of a trace's vehicles, ``(slots, K, 3)``: those of their velocities.
 
-    A vehicle at rest has that of its last motion while it was served, before that of its first
-    one, and if there is none the road's direction.
+    A vehicle at rest has that of its last motion while it was served; before, that in which it
+    stands by the whole trace, and the road's direction if it never moves there.
     """
-    axes = motion.velocity.shape[2:] or (1,)
-    velocity = motion.velocity.reshape(motion.identity.size, *axes)
+    heading = np.tile(ALONG, (motion.identity.size, 1))
+    axes = motion.standing.shape[-1]
+    velocity = motion.velocity.reshape(motion.identity.size, axes)
     there = np.flatnonzero(motion.present)
     order = there[np.argsort(motion.identity.ravel()[there], kind="stable")]  # then by slot
     who, moves = motion.identity.ravel()[order], (velocity[order] != 0.0).any(axis=-1)
-    place = np.arange(order.size)
-    last = np.maximum.accumulate(np.where(moves, place, -1))
-    following = np.minimum.accumulate(np.where(moves, place, order.size)[::-1])[::-1]
-    padded = np.append(who, NOBODY)  # where an index of no motion, -1 or the size, leads to
-    chosen = np.where(padded[last] == who, last, following)
-    some = padded[chosen] == who
-    heading = np.tile(ALONG, (motion.identity.size, 1))
-    heading[order[some], : velocity.shape[-1]] = velocity[order[chosen[some]]]
+    last = np.maximum.accumulate(np.where(moves, np.arange(order.size), -1))
+    own = np.append(who, NOBODY)[last] == who  # -1, no motion, leads to nobody
+    heading[order, :axes] = motion.standing[who]
+    heading[order[own], :axes] = velocity[order[last[own]]]
+    heading[~heading.any(axis=-1)] = ALONG
     return heading.reshape(*motion.identity.shape, len(ALONG))
 
 

@@ -4,8 +4,9 @@ Read `load` first. A file becomes a stream of samples (`source`, with `chunks`, 
 split at impossible steps (`breaks`). A first pass surveys it (`survey`, `totals`): it fits the road
 (`road`, `outline`) and compares speeds, times and positions (`speeds`, `clock`), so that an
 inconsistent trace is refused (`check`, `causes`). A second pass selects the samples of the slots
-(`collect`) and corrects them (`repair`); `motion` interpolates them, and `service` chooses the
-vehicles that are served. `traffic` makes such files with a traffic simulator.
+(`collect`), notes how vehicles stand (`standing`) and corrects the samples (`repair`); `motion`
+interpolates them, and `service` chooses the vehicles that are served. `traffic` makes such files
+with a traffic simulator.
 """
 
 from echobeam.traces.load import load_motion

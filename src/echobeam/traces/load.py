@@ -22,6 +22,7 @@ from echobeam.traces.road import Road
 from echobeam.traces.sample import SHORTEST_STEP, TraceWarning, fault
 from echobeam.traces.service import TraceMotion, serve
 from echobeam.traces.source import read_samples
+from echobeam.traces.standing import Standing
 from echobeam.traces.survey import Survey, extent_on, survey_trace
 from echobeam.values import Array
 
@@ -94,7 +95,8 @@ def load_motion(
     off = OffRoad()
     again = read_samples(file, meter(file, 1, 2))
     visits = unbroken(again, {}) if survey.broken else whole(again)
-    samples = collect(visits, survey.road, window, off, _context(survey))
+    standing = Standing(survey.road, clock[0])
+    samples = collect(standing.watched(visits), survey.road, window, off, _context(survey))
     repaired = repair(samples, survey)
     smooth = without_jitter(repaired.samples, plane=survey.road.plane)
     if smooth.nobody:
@@ -111,7 +113,8 @@ def load_motion(
             f"trace, which runs from {survey.first:g} s to {survey.last:g} s: nobody is there"
         )
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)
-    motion = serve(sightings, samples.names, ground, max_objects, range_m, survey.dropped)
+    heading = standing.headings(samples.names)
+    motion = serve(sightings, samples.names, heading, ground, max_objects, range_m, survey.dropped)
     if max_objects and not motion.present.any():
         note = f"no vehicle comes within {range_m:g} m of the UAV in these slots: none is served"
         warnings.warn(f"{file}: {note}", TraceWarning, stacklevel=2)

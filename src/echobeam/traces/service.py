@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from echobeam.traces.motion import Sightings
-from echobeam.values import Array, BoolArray, IntArray
+from echobeam.values import Array, BoolArray, IntArray, freeze
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +30,9 @@ class TraceMotion:
         ``(slots, columns)``: whether the column holds a vehicle.
     names
         The ids of the vehicles.
+    standing
+        ``(names, 1)``, or ``(names, 2)`` in a plane: vector along the heading of each vehicle if it
+        stands when it is first served, see `standing`; zero where it never moves in the trace.
     dropped
         Number of vehicles of the trace with a single sample, which determines no motion.
     """
@@ -39,16 +42,17 @@ class TraceMotion:
     velocity: Array
     present: BoolArray
     names: tuple[str, ...]
+    standing: Array
     dropped: int = 0
 
     def __post_init__(self) -> None:
-        for values in (self.identity, self.position, self.velocity, self.present):
-            values.flags.writeable = False
+        freeze(self.identity, self.position, self.velocity, self.present, self.standing)
 
 
 def serve(
     sightings: Sightings,
     names: tuple[str, ...],
+    standing: Array,
     uav_x: Array,
     max_objects: int,
     range_m: float,
@@ -65,6 +69,8 @@ def serve(
         Positions of vehicles at slots, with the same origin as ``uav_x``.
     names
         Ids of the vehicles, sorted; ties are resolved in this order.
+    standing
+        Value for the result.
     uav_x
         ``(slots,)`` m along the road: the point below the UAV; ``(slots, 2)`` in a plane.
     max_objects
@@ -83,7 +89,7 @@ def serve(
     identity[slot, column] = vehicle
     position[slot, column] = sightings.position[chosen]
     velocity[slot, column] = sightings.velocity[chosen]
-    return TraceMotion(identity, position, velocity, identity >= 0, names, dropped)
+    return TraceMotion(identity, position, velocity, identity >= 0, names, standing, dropped)
 
 
 def _nearest(sightings: Sightings, uav_x: Array, max_objects: int, range_m: float) -> IntArray:
