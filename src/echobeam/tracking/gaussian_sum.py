@@ -173,7 +173,7 @@ def posterior(
     """
     measured = np.isfinite(value)[..., None, :]
     with np.errstate(all="ignore"):  # unknown objects, and places without an echo
-        fit = _fitted(parts, parts.mean, value, law, model, uav)
+        last = fit = _fitted(parts, parts.mean, value, law, model, uav)
         ahead = gaussian.innovation_cov(
             parts.cov[..., None, :, :], fit.H, np.zeros_like(fit.variance)
         )
