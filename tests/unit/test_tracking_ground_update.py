@@ -198,3 +198,53 @@ def test_a_trial_comes_out_alike_alone_and_among_others():
         alone = update(single, value[one], law_of(beams[one]), *seen)
         np.testing.assert_allclose(alone.mean[0], together.mean[trial], rtol=1e-9)
         np.testing.assert_allclose(alone.cov[0], together.cov[trial], rtol=1e-6, atol=1e-12)
+
+
+def divergence(mean, cov, other_mean, other_cov):
+    """Kullback-Leibler divergence of Gaussians ``(n, S)`` from others, nat."""
+    inverse, off = np.linalg.inv(other_cov), other_mean - mean
+    volumes = np.linalg.slogdet(other_cov)[1] - np.linalg.slogdet(cov)[1]
+    shape = np.trace(inverse @ cov, axis1=-2, axis2=-1) - mean.shape[-1]
+    return 0.5 * (shape + volumes + np.einsum("ni,nij,nj->n", off, inverse, off))
+
+
+@pytest.mark.slow
+def test_beliefs_much_wider_than_a_beam_have_the_moments_of_importance_sampling():
+    """20 m either way, 110 m off, at low power: echoes of 40 objects drawn from the belief.
+
+    A second linearisation is not the last where the law of the variance changes by orders of
+    magnitude beside the beam: with two the divergence is 0.13 nat in the mean, 1.3 at most.
+    """
+    setting, count = Hovering(power=0.1), 40
+    model, uav = setting.model, setting.uav
+    mean, std = np.array([40.0, 30.0, 0.0, 0.0, 0.0]), np.array([20.0, 20.0, 30.0, 30.0, 0.7])
+    rng = np.random.default_rng(0)
+    beams = setting.array.steering(model.expected(mean[None], uav)[:, :2]) / setting.n
+    truth = mean + std * rng.standard_normal((count, 5))
+    noise = np.sqrt(setting.variance(beams, truth[None])[0])
+    value = model.expected(truth, uav) + noise * rng.standard_normal((count, 4))
+
+    def law(some):
+        return lambda state: setting.variance(beams, state.reshape(1, -1, 5)).reshape(
+            *state.shape[:-1], 4
+        )
+
+    prior = GaussianState(
+        np.tile(mean, (count, 1, 1)),
+        np.tile(np.diag(std**2), (count, 1, 1, 1)),
+        np.ones((count, 1), dtype=bool),
+    )
+    made = update(prior, value[:, None], law, model, uav, np.pi * (setting.n - 1))
+    draws = mean + std * rng.standard_normal((300_000, 5))
+    variance, seen = setting.variance(beams, draws[None])[0], model.expected(draws, uav)
+    log = np.stack([-0.5 * ((one - seen) ** 2 / variance).sum(axis=-1) for one in value])
+    log -= 0.5 * np.log(variance).sum(axis=-1)
+    weight = np.exp(log - log.max(axis=-1, keepdims=True))
+    weight /= weight.sum(axis=-1, keepdims=True)
+    place = draws[:, :2]
+    centre = weight @ place
+    square = np.stack([(w[:, None] * place).T @ place for w in weight])
+    spread = square - centre[:, :, None] * centre[:, None, :]
+    found = divergence(centre, spread, made.mean[:, 0, :2], made.cov[:, 0, :2, :2])
+    assert found.mean() < 0.05
+    assert found.max() < 0.3

@@ -37,6 +37,16 @@ reach to sqrt(3), as those of Gauss and Hermite do."""
 FITS = 2
 """Linearisations of each Gaussian: at its mean, and where the measurement puts it."""
 
+MOST_FITS = 8
+"""Linearisations at most, of a Gaussian that each has moved: in a belief much wider than a beam
+the law at the second place is not that at the third. Twenty are no better."""
+
+MOVED = 2.0
+"""Standard deviations of the updated Gaussian from which it has moved."""
+
+SHARE = 1e-3
+"""Weight from which a Gaussian is linearised more often."""
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class GaussianSum(Brief):
@@ -159,40 +169,96 @@ def posterior(
     model, uav
         The measurement model, and the UAV in the slot.
     fits
-        Linearisations, at least 1 (a bank of extended Kalman filters).
+        Linearisations of each Gaussian at least.
     """
     measured = np.isfinite(value)[..., None, :]
-    value = value[..., None, :]
-    cov = np.broadcast_to(parts.cov[..., None, :, :], (*parts.mean.shape, parts.mean.shape[-1]))
-    mean = parts.mean
     with np.errstate(all="ignore"):  # unknown objects, and places without an echo
-        for fit in range(fits):
-            at = mean
-            variance = law(at)
-            H = model.jacobian(at, uav)
-            e = model.residual(value, model.expected(at, uav))
-            if fit > 0:
-                e += (H * (at - parts.mean)[..., None, :]).sum(axis=-1)  # seen from the prior
-            e = np.where(measured, e, 0.0)
-            noise = np.where(measured, variance, np.inf)
-            if fit == 0:
-                ahead = gaussian.innovation_cov(
-                    parts.cov[..., None, :, :], H, np.zeros_like(variance)
-                )
-                before = normalised(parts.log_weight, parts.log_weight)
-                innovation, total = mixture(before, e, ahead)
-            mean, left = gaussian.update(parts.mean, cov, e, H, noise)
-        spread = gaussian.innovation_cov(parts.cov[..., None, :, :], H, noise)
-        possible: BoolArray = np.asarray((np.isfinite(variance) | ~measured).all(axis=-1))
-        log = parts.log_weight + np.where(possible, gaussian.log_density(e, spread), -np.inf)
-        weight = normalised(log, parts.log_weight)
-        information = (weight[..., None] / variance).sum(axis=-2)
+        last = fit = _fitted(parts, parts.mean, value, law, model, uav)
+        ahead = gaussian.innovation_cov(
+            parts.cov[..., None, :, :], fit.H, np.zeros_like(fit.variance)
+        )
+        before = normalised(parts.log_weight, parts.log_weight)
+        innovation, total = mixture(before, fit.e, ahead)
+        for _ in range(1, fits):
+            last, fit = fit, _fitted(parts, fit.mean, value, law, model, uav)
+        weight = _weighed(parts, fit, measured)
+        for _ in range(fits, MOST_FITS):
+            moving = _moving(last, fit, weight)
+            if not moving.any():
+                break
+            again = _fitted(parts, fit.mean, value, law, model, uav)
+            last, fit = fit, again.where(moving, fit)
+            weight = _weighed(parts, fit, measured)
+        information = (weight[..., None] / fit.variance).sum(axis=-2)
         mixed = np.where(information > 0.0, 1.0 / information, np.inf)
         for component in range(mixed.shape[-1]):
             noise = np.where(measured[..., 0, component], mixed[..., component], np.inf)
             total[..., component, component] += noise
         nis = gaussian.square_norm(innovation, total)
-    return SumPosterior(*mixture(weight, mean, left), mixed, nis)
+    return SumPosterior(*mixture(weight, fit.mean, fit.left), mixed, nis)
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class _Fit(Brief):
+    """Gaussians of a sum, each updated with the measurement linearised at one place.
+
+    Attributes
+    ----------
+    mean, left
+        ``(..., G, S)``, ``(..., G, S, S)``: updated.
+    variance, H, e
+        ``(..., G, M)``, ``(..., G, M, S)``, ``(..., G, M)``: law and Jacobian at the place, and the
+        innovation as the Gaussian's mean before sees it.
+    """
+
+    mean: Array
+    left: Array
+    variance: Array
+    H: Array
+    e: Array
+
+    def where(self, chosen: BoolArray, other: _Fit) -> _Fit:
+        """Return this fit for some Gaussians ``(..., G)``, the other one for the rest."""
+        one, two = chosen[..., None], chosen[..., None, None]
+        return _Fit(
+            np.where(one, self.mean, other.mean),
+            np.where(two, self.left, other.left),
+            np.where(one, self.variance, other.variance),
+            np.where(two, self.H, other.H),
+            np.where(one, self.e, other.e),
+        )
+
+
+def _fitted(
+    parts: GaussianSum, at: Array, value: Array, law: Law, model: MeasurementModel, uav: UavState
+) -> _Fit:
+    """Return the Gaussians of a sum updated with the measurement linearised at ``(..., G, S)``."""
+    measured = np.isfinite(value)[..., None, :]
+    variance = law(at)
+    H = model.jacobian(at, uav)
+    e = model.residual(value[..., None, :], model.expected(at, uav))
+    if at is not parts.mean:
+        e += (H * (at - parts.mean)[..., None, :]).sum(axis=-1)  # seen from the prior
+    e = np.where(measured, e, 0.0)
+    cov = np.broadcast_to(parts.cov[..., None, :, :], (*at.shape, at.shape[-1]))
+    mean, left = gaussian.update(parts.mean, cov, e, H, np.where(measured, variance, np.inf))
+    return _Fit(mean, left, variance, H, e)
+
+
+def _weighed(parts: GaussianSum, fit: _Fit, measured: BoolArray) -> Array:
+    """Return the weights of Gaussians after a measurement, ``(..., G)``."""
+    noise = np.where(measured, fit.variance, np.inf)
+    spread = gaussian.innovation_cov(parts.cov[..., None, :, :], fit.H, noise)
+    possible: BoolArray = np.asarray((np.isfinite(fit.variance) | ~measured).all(axis=-1))
+    log = parts.log_weight + np.where(possible, gaussian.log_density(fit.e, spread), -np.inf)
+    return normalised(log, parts.log_weight)
+
+
+def _moving(last: _Fit, fit: _Fit, weight: Array) -> BoolArray:
+    """Return which Gaussians ``(..., G)`` have been put elsewhere by the last linearisation."""
+    square = np.diagonal(fit.left, axis1=-2, axis2=-1)
+    moved = (np.square(fit.mean - last.mean) > MOVED**2 * square).any(axis=-1)
+    return np.asarray(moved & (weight > SHARE))
 
 
 @cache
