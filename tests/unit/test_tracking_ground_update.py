@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import echobeam as eb
 from echobeam.estimation.consistency import chi_square_band
 from echobeam.tracking.ground import GroundMeasurement
 from echobeam.tracking.ground_start import first_state, sought
@@ -248,3 +249,10 @@ def test_beliefs_much_wider_than_a_beam_have_the_moments_of_importance_sampling(
     found = divergence(centre, spread, made.mean[:, 0, :2], made.cov[:, 0, :2, :2])
     assert found.mean() < 0.05
     assert found.max() < 0.3
+
+
+def test_echoes_of_two_hundred_decibels_are_no_trouble():
+    scenario = eb.load_scenario("ground", {"radar.noise": 1e-20})
+    result = eb.simulate(scenario, ["temporal", "water-filling:tracker=ground"], trials=2)
+    best = eb.simulate(scenario, ["genie"], trials=2)["rate"].sum("object").mean()
+    assert (result["rate"].sum("object").mean(["trial", "slot"]) > 0.85 * best).all()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from echobeam.physics.plane import GROUND
 from echobeam.physics.polar import POLAR, physical
 from echobeam.tracking.life import living
 from echobeam.values import StateSpace
@@ -59,3 +60,11 @@ def test_every_variance_of_a_space_counts_and_its_own_rule_alone() -> None:
 def test_no_objects_are_no_trouble() -> None:
     state = living(np.empty((5, 0, 3)), np.empty((5, 0, 3, 3)), np.empty((5, 0), dtype=bool), POLAR)
     assert state.mean.shape == (5, 0, 3)
+
+
+def test_a_variance_that_rounding_made_negative_ends_its_track():
+    mean, cov = np.zeros((2, 4)), np.tile(np.eye(4), (2, 1, 1))
+    cov[1, 1, 1] = -1e-3
+    found = living(mean, cov, np.array([True, True]), GROUND)
+    assert found.known.tolist() == [True, False]
+    assert np.isnan(found.mean[1]).all()

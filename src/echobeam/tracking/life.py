@@ -19,8 +19,13 @@ def living(mean: Array, cov: Array, known: BoolArray, space: StateSpace) -> Gaus
     space
         The state space, which says what is possible.
     """
-    variance = sum(cov[..., component, component] for component in range(space.size))
-    lives = np.asarray(known & space.valid(mean) & np.isfinite(variance))
+    lives = np.asarray(known & space.valid(mean))
+    total = np.zeros(lives.shape)
+    for component in range(space.size):
+        variance = cov[..., component, component]
+        lives &= variance >= 0.0  # rounding may take more than is left of it
+        total += variance
+    lives &= np.isfinite(total)
     if not lives.all():
         mean[~lives] = np.nan
         cov[~lives] = np.nan
