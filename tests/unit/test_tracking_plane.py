@@ -7,7 +7,7 @@ import pytest
 
 from echobeam.physics.plane import GROUND_GEOMETRY, GroundGeometry, facing
 from echobeam.tracking.ground import GroundMeasurement, GroundMotion
-from echobeam.tracking.plane import PlaneMeasurement, PlaneMotion
+from echobeam.tracking.plane import PlaneMeasurement
 from echobeam.tracking.plane_start import first_state
 from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import UavState
@@ -36,7 +36,8 @@ def test_models_are_those_of_the_ground_tracker_at_a_known_height():
     np.testing.assert_allclose(
         model.jacobian(STATES, UAV), other.jacobian(with_height, UAV)[..., :4], atol=1e-12
     )
-    motion, longer = PlaneMotion(0.01, 0.5), GroundMotion(0.01, 0.5, 2)
+    motion = GroundMotion(0.01, 0.5, 2, known_height=True)
+    longer = GroundMotion(0.01, 0.5, 2)
     np.testing.assert_allclose(motion.step(STATES, UAV), longer.step(with_height, UAV)[..., :4])
     np.testing.assert_allclose(motion.noise(), longer.noise()[:4, :4])
     np.testing.assert_array_equal(

@@ -7,9 +7,10 @@ from echobeam.physics.plane import GroundGeometry
 from echobeam.scenario.tables import FilterTable
 from echobeam.schemes.base import System, View
 from echobeam.tracking import plane_start
+from echobeam.tracking.ground import GroundMotion
 from echobeam.tracking.initial import initial_state
 from echobeam.tracking.models import MeasurementModel, MotionModel
-from echobeam.tracking.plane import PlaneMeasurement, PlaneMotion
+from echobeam.tracking.plane import PlaneMeasurement
 from echobeam.tracking.polar import PolarMeasurement, PolarMotion
 from echobeam.values import Array, GaussianState
 
@@ -22,7 +23,7 @@ def motion_of(system: System) -> MotionModel:
     """Return the motion model of a scheme's filter."""
     settings = system.filter
     if isinstance(system.geometry, GroundGeometry):
-        return PlaneMotion(system.slot_duration, settings.velocity_std)
+        return GroundMotion(system.slot_duration, settings.velocity_std, 2, known_height=True)
     return PolarMotion(
         system.slot_duration,
         settings.angle_std,
@@ -35,7 +36,7 @@ def motion_of(system: System) -> MotionModel:
 def exact_motion(geometry: Geometry, slot_duration: float) -> MotionModel:
     """Return the motion of nature without noise."""
     if isinstance(geometry, GroundGeometry):
-        return PlaneMotion(slot_duration, 0.0)
+        return GroundMotion(slot_duration, 0.0, 2, known_height=True)
     return PolarMotion(slot_duration, 0.0, 0.0, 0.0, "exact")
 
 

@@ -29,7 +29,7 @@ from echobeam.schemes.configure import geometry_of
 from echobeam.schemes.models import exact_motion, measurement_model, velocity_prior_of
 from echobeam.simulation.scene import scene_of
 from echobeam.simulation.world import begin
-from echobeam.tracking.plane import PlaneMotion
+from echobeam.tracking.ground import GroundMotion
 from echobeam.values import Array, UavState
 
 if TYPE_CHECKING:
@@ -180,8 +180,8 @@ def _process(scenario: Scenario, n_slots: int) -> Array:
     if not scenario.truth.process_noise:
         return np.zeros((size, size))
     if scenario.geometry == "ground":
-        one = PlaneMotion(scenario.frame.slot, scenario.truth_stds[2]).noise()
-        return np.broadcast_to(one, (n_slots - 1, scenario.n_objects, size, size))
+        motion = GroundMotion(scenario.frame.slot, scenario.truth_stds[2], 2, known_height=True)
+        return np.broadcast_to(motion.noise(), (n_slots - 1, scenario.n_objects, size, size))
     angle_std, distance_std, velocity_std = scenario.truth_stds
     covariances = np.zeros((n_slots - 1, scenario.n_objects, 3, 3))
     world = begin(scene_of(scenario.calm), 0, range(1))

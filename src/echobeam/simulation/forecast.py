@@ -14,7 +14,7 @@ from echobeam.scenario.model import Scenario
 from echobeam.schemes.base import System
 from echobeam.schemes.configure import system_for
 from echobeam.tracking.evolution import evolution_jacobian, evolve
-from echobeam.tracking.plane import PlaneMotion
+from echobeam.tracking.ground import GroundMotion
 from echobeam.values import NOBODY, Array, BoolArray, IntArray, UavState
 
 if TYPE_CHECKING:
@@ -79,7 +79,9 @@ def forecasts(
     speed = np.hypot(uav_velocity[:, 0], uav_velocity[:, 2])
     heading = np.arctan2(uav_velocity[:, 2], uav_velocity[:, 0])
     process = np.diag([settings.angle_std, settings.distance_std, settings.velocity_std]) ** 2
-    on_ground = PlaneMotion(duration, settings.velocity_std) if system.geometry.axes > 1 else None
+    on_ground = None
+    if system.geometry.axes > 1:
+        on_ground = GroundMotion(duration, settings.velocity_std, 2, known_height=True)
     for horizon in range(1, most + 1):
         left = int(np.sum(origins + horizon < len(speed)))
         mean, cov = mean[..., :left, :, :], cov[..., :left, :, :, :]

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from echobeam.estimation.gaussian import wrap
+from echobeam.physics.plane import GROUND
 from echobeam.physics.polar import POLAR_MEASUREMENT
 from echobeam.units import SPEED_OF_LIGHT
 from echobeam.values import Array, BoolArray, StateSpace, UavState
@@ -67,21 +68,27 @@ class GroundMotion:
         Standard deviation of the velocity's change in a slot, m/s.
     axes
         Of the ground.
+    known_height
+        Whether the UAV's height counts as known, on a plane: the state has no altitude error.
     """
 
     slot_duration: float
     velocity_std: float
     axes: Axes = 1
+    known_height: bool = False
 
     @property
     def space(self) -> StateSpace:
         """Position, velocity, altitude error."""
-        return ROAD if self.axes == 1 else PLANE
+        if self.axes == 1:
+            return ROAD
+        return GROUND if self.known_height else PLANE
 
     def step(self, state: Array, uav: UavState) -> Array:
         """Return the state one slot later; the UAV does not matter to the ground."""
         moved = state.copy()
-        moved[..., : self.axes] += self.slot_duration * state[..., self.axes : -1]
+        velocity = state[..., self.axes : 2 * self.axes]
+        moved[..., : self.axes] += self.slot_duration * velocity
         return moved
 
     def jacobian(self, state: Array, uav: UavState) -> Array:

@@ -1,6 +1,7 @@
-"""Models of the ground's geometry for the extended Kalman filter: x, y and their velocities.
+"""Measurement of the extended Kalman filter on the ground: of x, y and their velocities.
 
-The height of the UAV over the ground is taken as known.
+The height of the UAV over the ground is taken as known, as by `GroundMotion` with
+``known_height``.
 """
 
 from __future__ import annotations
@@ -9,50 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echobeam.physics.plane import GROUND, GroundGeometry, approach, offset_of
+from echobeam.physics.plane import GroundGeometry, approach, offset_of
 from echobeam.units import SPEED_OF_LIGHT
-from echobeam.values import Array, StateSpace, UavState
-
-
-@dataclass(frozen=True, slots=True)
-class PlaneMotion:
-    """Motion at constant velocity, disturbed by an acceleration that is constant in a slot.
-
-    As `echobeam.tracking.ground.GroundMotion`, without the altitude error.
-
-    Attributes
-    ----------
-    slot_duration
-        DT, s.
-    velocity_std
-        Standard deviation of the change of either velocity in a slot, m/s.
-    """
-
-    slot_duration: float
-    velocity_std: float
-
-    @property
-    def space(self) -> StateSpace:
-        """Position and velocity."""
-        return GROUND
-
-    def step(self, state: Array, uav: UavState) -> Array:
-        """Return the state one slot later; the UAV does not matter to the ground."""
-        moved = state.copy()
-        moved[..., :2] += self.slot_duration * state[..., 2:]
-        return moved
-
-    def jacobian(self, state: Array, uav: UavState) -> Array:
-        """Return G, the same for every state, ``(..., K, 4, 4)``."""
-        G = np.eye(4)
-        G[0, 2] = G[1, 3] = self.slot_duration
-        return np.broadcast_to(G, (*state.shape, 4))
-
-    def noise(self) -> Array:
-        """Return Q_s: what a random acceleration does within a slot."""
-        effect = np.array([0.5 * self.slot_duration, 1.0])
-        per_axis = self.velocity_std**2 * np.outer(effect, effect)
-        return np.asarray(np.kron(per_axis, np.eye(2)), dtype=np.float64)
+from echobeam.values import Array, UavState
 
 
 @dataclass(frozen=True, slots=True)
