@@ -280,11 +280,11 @@ def test_a_trace_is_read_once_a_run(tmp_path, monkeypatch):
     original = movers.load_motion
     monkeypatch.setattr(movers, "load_motion", lambda *a, **k: calls.append(1) or original(*a, **k))
     monkeypatch.setattr("echobeam.simulation.blocks.MOST_TRIALS", 2)
-    movers._motion.cache_clear()
+    movers._traced.cache_clear()
     assert len(cut(scenario, 6)) == 3
     record(Recording(scenario, ("omni",), 6, 0, tmp_path / "r.nc"))
     assert len(calls) == 1
-    movers._motion.cache_clear()
+    movers._traced.cache_clear()
 
 
 def test_a_blocks_record_holds_what_the_run_knew():

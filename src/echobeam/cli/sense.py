@@ -61,7 +61,9 @@ def command(
     from echobeam.commands.sense import record_check
     from echobeam.scenario.load import load_scenario
 
-    place = out if as_json else target(out, scenario, load_scenario(scenario), "-sense.png")
+    place = out
+    if place is None and not as_json:
+        place = target(None, scenario, load_scenario(scenario), "-sense.png")
     bar = partial(progress_bar, quiet=quiet)
     done = record_check(scenario, trials, seed, mode, overrides, place, force, bar)
     if as_json:

@@ -234,8 +234,7 @@ def traced(scenario: Scenario, flight: FlightPath) -> Traced:
     assert file is not None
     changed = file.stat().st_mtime_ns if file.is_file() else 0
     plane = scenario.geometry == "ground"
-    motion = _motion(file, changed, table, flight, scenario.n_slots, plane)
-    return Traced(motion, standing_headings(motion))
+    return _traced(file, changed, table, flight, scenario.n_slots, plane)
 
 
 def standing_headings(motion: TraceMotion) -> Array:
@@ -259,13 +258,13 @@ def standing_headings(motion: TraceMotion) -> Array:
 
 
 @lru_cache(maxsize=4)
-def _motion(
+def _traced(
     file: Path, changed: int, table: TraceTable, flight: FlightPath, n_slots: int, plane: bool
-) -> TraceMotion:
-    """Return a trace's motion; scenarios of a sweep that share it read it once."""
+) -> Traced:
+    """Return a trace's vehicles; scenarios of a sweep that share them read them once."""
     road = None if table.road is None else road_between(table.road[:2], table.road[2:])
     below = np.array([flight.at(slot).position[:2] for slot in range(n_slots)])
-    return load_motion(
+    motion = load_motion(
         file,
         flight.slot_duration * np.arange(n_slots),
         uav_x=below if plane else below[:, 0],
@@ -275,3 +274,4 @@ def _motion(
         origin=table.origin,
         start=table.start,
     )
+    return Traced(motion, standing_headings(motion))
