@@ -44,6 +44,9 @@ FEWEST_SUBCARRIERS = 29
 """Cells of the CFAR along the delay: one under test, 4 guard and 24 training cells."""
 
 
+GeometryName = Literal["road", "ground"]
+
+
 class Scenario(Table):
     """Complete, validated scenario; see the scenario file's reference in the documentation."""
 
@@ -52,7 +55,7 @@ class Scenario(Table):
     schemes: tuple[Annotated[str, Field(min_length=1)], ...] = DEFAULT_SCHEMES
     trials: Count = 200
     """Trials that a run makes unless told otherwise."""
-    geometry: Literal["road", "ground"] = "road"
+    geometry: GeometryName = "road"
     """The paper's vertical plane above a road, or the ground in two dimensions."""
     array: ArrayTable = ArrayTable()
     radio: RadioTable = RadioTable()

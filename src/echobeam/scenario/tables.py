@@ -384,6 +384,11 @@ class FrameTable(Table):
     frames: Count = 1
 
 
+NEW_VELOCITY_STD = 30.0
+"""Standard deviation of a new object's velocity, m/s, where a tracker needs one and
+``filter.velocity_prior`` is 0: of road users."""
+
+
 class FilterTable(Table):
     """Extended Kalman filter, Eqs. (35), (39)-(49)."""
 
@@ -395,6 +400,14 @@ class FilterTable(Table):
     """First order as in the paper (corrected), or closed form."""
     velocity_prior: Annotated[Speed, Field(ge=0)] = 0.0
     """Standard deviation of a zero-mean prior on a new object's velocity; 0 means none."""
+
+    @property
+    def new_velocity_std(self) -> float:
+        """Standard deviation of a new object's velocity, m/s, of trackers that cannot do without.
+
+        On a plane one Doppler does not tell two velocities.
+        """
+        return self.velocity_prior or NEW_VELOCITY_STD
 
 
 class CoverageTable(Table):

@@ -31,9 +31,6 @@ from echobeam.values import (
     Tracks,
 )
 
-VELOCITY_PRIOR = 30.0
-"""Standard deviation of a new object's velocity, m/s, where ``filter.velocity_prior`` is 0."""
-
 WIDE = 5.0
 """Standard deviation of the altitude error over the stated one, once it has been contradicted."""
 
@@ -266,7 +263,7 @@ class GroundTracker:
     ) -> tuple[Array, Array, Shape]:
         """Return the moments of the posterior of first measurements, and its shape."""
         system = view.system
-        velocity = system.filter.velocity_prior or VELOCITY_PRIOR
+        velocity = system.filter.new_velocity_std
         stds = (velocity, *(0.0,) * motions.extra, widening * system.altitude_std)
 
         def law(grid: PositionGrid) -> Array:

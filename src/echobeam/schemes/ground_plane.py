@@ -26,10 +26,6 @@ from echobeam.values import (
     Transmission,
 )
 
-VELOCITY_PRIOR = 30.0
-"""Standard deviation of a new object's velocity along either axis, m/s, where
-``filter.velocity_prior`` is 0."""
-
 
 @dataclass(frozen=True, slots=True, repr=False)
 class PlaneBelief(Brief):
@@ -115,7 +111,7 @@ class PlaneTracker:
         """Return the belief with a first state of the new objects."""
         which = _places(new)
         system = radar.view.system
-        speed = system.filter.velocity_prior or VELOCITY_PRIOR
+        speed = system.filter.new_velocity_std
         made = ground_start.first_state(
             value[which][:, None],
             radar.stated[which][:, None],

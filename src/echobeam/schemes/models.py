@@ -14,10 +14,6 @@ from echobeam.tracking.plane import PlaneMeasurement
 from echobeam.tracking.polar import PolarMeasurement, PolarMotion
 from echobeam.values import Array, GaussianState
 
-ROAD_USERS = 30.0
-"""Standard deviation of a new object's velocity along either axis, m/s, where
-``filter.velocity_prior`` is 0."""
-
 
 def motion_of(system: System) -> MotionModel:
     """Return the motion model of a scheme's filter."""
@@ -54,7 +50,7 @@ def measurement_of(system: System) -> MeasurementModel:
 
 def velocity_prior_of(geometry: str, settings: FilterTable) -> float:
     """Return the standard deviation of a new object's velocity, m/s; 0 for no prior."""
-    return settings.velocity_prior or (ROAD_USERS if geometry == "ground" else 0.0)
+    return settings.new_velocity_std if geometry == "ground" else settings.velocity_prior
 
 
 def first_state(value: Array, variance: Array, view: View) -> GaussianState:

@@ -20,7 +20,6 @@ import xarray as xr
 from echobeam.estimation.bound import information_bound, measured_information
 from echobeam.faults import InputError
 from echobeam.scenario.model import Scenario
-from echobeam.schemes.ground import VELOCITY_PRIOR
 from echobeam.tracking.ground import ROAD, GroundMeasurement, GroundMotion, polar_of
 from echobeam.values import Array, UavState
 
@@ -71,7 +70,7 @@ def ground_bound(result: xr.Dataset, scenario: Scenario, scheme: str) -> Array:
     information = measured_information(H, variance) / len(variance)
     motion = GroundMotion(scenario.frame.slot, 0.0)
     F = np.stack([motion.jacobian(one, uav) for one, uav in zip(truth, at, strict=True)])[1:]
-    stds = scenario.filter.velocity_prior or VELOCITY_PRIOR, scenario.uav.altitude_std
+    stds = scenario.filter.new_velocity_std, scenario.uav.altitude_std
     prior = np.diag([0.0, *(std**-2 for std in stds)])
     nothing = np.zeros((ROAD.size, ROAD.size))
     covariance = information_bound(information, F, np.zeros_like(F), nothing, prior)

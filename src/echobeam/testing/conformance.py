@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from echobeam.scenario.model import Scenario
+from echobeam.scenario.model import GeometryName, Scenario
 from echobeam.schemes.configure import ConfiguredScheme, configure
 from echobeam.simulation.loop import SlotRecord, run_slots
 from echobeam.simulation.movers import Ground, Kinematic, Mover
@@ -102,7 +101,7 @@ BENDS = {
 """Changes of nature, by their names in messages; mover and slot are filled in."""
 
 
-def check_scheme(scheme: str | object, geometry: Literal["road", "ground"] = "road") -> None:
+def check_scheme(scheme: str | object, geometry: GeometryName = "road") -> None:
     """Examine a scheme on small scenarios with no, one and several objects.
 
     Its beams must be finite and within the power, whatever is known; the same seed must give the
@@ -147,7 +146,7 @@ def check_scheme(scheme: str | object, geometry: Literal["road", "ground"] = "ro
             _check_measured(found, scenario)
 
 
-def small_scenario(n_objects: int, geometry: Literal["road", "ground"] = "road") -> Scenario:
+def small_scenario(n_objects: int, geometry: GeometryName = "road") -> Scenario:
     """Return two short frames with a small array and some objects."""
     setting = _ground(n_objects) if geometry == "ground" else _road(n_objects)
     return Scenario.model_validate(
