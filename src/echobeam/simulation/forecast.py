@@ -13,8 +13,8 @@ from echobeam.physics.polar import POLAR
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.base import System
 from echobeam.schemes.configure import system_for
+from echobeam.schemes.models import motion_of
 from echobeam.tracking.evolution import evolution_jacobian, evolve
-from echobeam.tracking.ground import GroundMotion
 from echobeam.values import NOBODY, Array, BoolArray, IntArray, UavState
 
 if TYPE_CHECKING:
@@ -79,9 +79,7 @@ def forecasts(
     speed = np.hypot(uav_velocity[:, 0], uav_velocity[:, 2])
     heading = np.arctan2(uav_velocity[:, 2], uav_velocity[:, 0])
     process = np.diag([settings.angle_std, settings.distance_std, settings.velocity_std]) ** 2
-    on_ground = None
-    if system.geometry.axes > 1:
-        on_ground = GroundMotion(duration, settings.velocity_std, 2, known_height=True)
+    on_ground = motion_of(system) if system.geometry.axes > 1 else None
     for horizon in range(1, most + 1):
         left = int(np.sum(origins + horizon < len(speed)))
         mean, cov = mean[..., :left, :, :], cov[..., :left, :, :, :]
@@ -265,14 +263,35 @@ def _compare(forecast: Forecast, truth: Array) -> tuple[Array, Array, BoolArray]
     variance = np.diagonal(forecast.cov, axis1=-2, axis2=-1)
     off = offset(forecast.mean) - offset(truth)
     spread = offset_cov(forecast.mean, forecast.cov)
-    xx, xz, zz = spread[..., 0, 0], spread[..., 0, 1], spread[..., 1, 1]
-    x, z = off[..., 0], off[..., 1]
-    # Mahalanobis: (x, z) C^-1 (x, z)^T <= r^2, where r holds as much of a plane as 3 of a line.
-    inside = zz * x**2 - 2.0 * xz * x * z + xx * z**2 <= plane_sigmas() ** 2 * (xx * zz - xz**2)
-    square = np.concatenate([error**2, (x**2 + z**2)[..., None]], axis=-1)
-    total = np.concatenate([variance, (xx + zz)[..., None]], axis=-1)
+    length, wide, inside = _compare_vectors(off, spread)
+    square = np.concatenate([error**2, length[..., None]], axis=-1)
+    total = np.concatenate([variance, wide[..., None]], axis=-1)
     within = np.concatenate([error**2 <= SIGMAS**2 * variance, inside[..., None]], axis=-1)
     return square, total, within
+
+
+def _compare_on_ground(forecast: Forecast, truth: Array) -> tuple[Array, Array, BoolArray]:
+    """Return the same of the vectors of position and velocity, ``(..., quantity)``."""
+    error = forecast.mean - truth
+    parts = [
+        _compare_vectors(error[..., pair], forecast.cov[..., pair, pair])
+        for pair in (slice(0, 2), slice(2, 4))
+    ]
+    square, variance, within = (np.stack(each, axis=-1) for each in zip(*parts, strict=True))
+    return square, variance, within.astype(np.bool_)
+
+
+def _compare_vectors(off: Array, cov: Array) -> tuple[Array, Array, BoolArray]:
+    """Return squared lengths, traces of covariances, and which are inside, of vectors ``(..., 2)``.
+
+    Inside: (x, y) C^-1 (x, y)^T <= r^2, where r holds as much of a plane as 3 of a line.
+    """
+    x, y = off[..., 0], off[..., 1]
+    xx, xy, yy = cov[..., 0, 0], cov[..., 0, 1], cov[..., 1, 1]
+    inside: BoolArray = yy * x**2 - 2.0 * xy * x * y + xx * y**2 <= plane_sigmas() ** 2 * (
+        xx * yy - xy**2
+    )
+    return x**2 + y**2, xx + yy, inside
 
 
 def plane_sigmas(sigmas: float = SIGMAS) -> float:
@@ -297,18 +316,3 @@ def same_object(identity: IntArray) -> BoolArray:
     """
     same: BoolArray = (np.diff(identity, axis=-2) == 0) & (identity[..., 1:, :] != NOBODY)
     return same
-
-
-def _compare_on_ground(forecast: Forecast, truth: Array) -> tuple[Array, Array, BoolArray]:
-    """Return the same of the vectors of position and velocity, ``(..., quantity)``."""
-    error = forecast.mean - truth
-    parts = []
-    for pair in (slice(0, 2), slice(2, 4)):
-        x, y = np.moveaxis(error[..., pair], -1, 0)
-        spread = forecast.cov[..., pair, pair]
-        xx, xy, yy = spread[..., 0, 0], spread[..., 0, 1], spread[..., 1, 1]
-        room = plane_sigmas() ** 2 * (xx * yy - xy**2)
-        inside = yy * x**2 - 2.0 * xy * x * y + xx * y**2 <= room
-        parts.append((x**2 + y**2, xx + yy, inside))
-    square, variance, within = (np.stack(each, axis=-1) for each in zip(*parts, strict=True))
-    return square, variance, within.astype(np.bool_)

@@ -78,9 +78,7 @@ def measure_signal(
     value, variance = np.full(shape, np.nan), np.full(shape, np.inf)
     if not processed.any():
         return value, variance
-    radar = world.scene.scenario.radar
-    count = int(world.present.sum()) + SPARE * _has_surroundings(radar)
-    count += POINTS * (radar.background != "none")
+    count = int(world.present.sum()) + _further_echoes(world.scene.scenario.radar)
     for some, found, truth in _in_parts(world, sent, amplitude, count):
         value[some], variance[some] = _labelled(world, found, truth, processed[some])
     return value, variance
@@ -142,8 +140,13 @@ def _in_parts(
         yield some, found, ideal[some]
 
 
-def _has_surroundings(radar: RadarTable) -> bool:
+def _has_clutter(radar: RadarTable) -> bool:
     return radar.ground_clutter > 0.0 or radar.self_interference > 0.0
+
+
+def _further_echoes(radar: RadarTable) -> int:
+    """Return how many echoes are looked for beyond those of the objects."""
+    return SPARE * _has_clutter(radar) + POINTS * (radar.background != "none")
 
 
 def _part(sent: Transmission, trials: slice) -> Transmission:
@@ -172,8 +175,6 @@ def _of_some(
     beta = amplitude * np.exp(-2j * np.pi * radio.carrier * np.nan_to_num(delay))
     parts = [Scatterers(direction_of(ideal, law.receiver.axes), delay, doppler, beta)]
     parts += _surroundings(world, trials)
-    if radar.background != "none":
-        parts.append(background(world, trials))
     scatterers = Scatterers(*(np.concatenate(one, axis=1) for one in zip(*parts, strict=True)))
     signal = echo_signal(scatterers, streams, precoder, wave, arrays)
     noise = element_noise(radar)
@@ -185,10 +186,15 @@ def _of_some(
 
 
 def _surroundings(world: World, trials: range) -> list[Scatterers]:
-    """Return the patches of ground and the UAV's own transmitter as scatterers, if asked for."""
+    """Return all that echoes besides the objects, as far as it is asked for."""
+    radar = world.scene.scenario.radar
+    found = _clutter(world, trials) if _has_clutter(radar) else []
+    return found if radar.background == "none" else [*found, background(world, trials)]
+
+
+def _clutter(world: World, trials: range) -> list[Scatterers]:
+    """Return the patches of ground and the UAV's own transmitter as scatterers."""
     radar, scenario = world.scene.scenario.radar, world.scene.scenario
-    if not _has_surroundings(radar):
-        return []
     normals = trial_normals(world.seed, trials, world.slot, Use.SURROUNDINGS, (PATCHES + 1, 2))
     drawn = (normals[..., 0] + 1j * normals[..., 1]) / np.sqrt(2.0)
     height = float(world.uav.position[2])
