@@ -70,7 +70,9 @@ def ellipse_grid(directions: Array, covers: Array, resolution: float) -> tuple[A
 def _circle() -> Array:
     """Return the points of the unit circle that stand for an edge, ``(EDGE_POINTS, 2)``."""
     turns = 2.0 * np.pi * np.arange(EDGE_POINTS) / EDGE_POINTS
-    return np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    circle = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    circle.flags.writeable = False
+    return circle
 
 
 def ellipse_neighbours(covers: Array, resolution: float) -> IntArray:

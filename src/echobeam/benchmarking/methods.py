@@ -72,7 +72,7 @@ class Method:
     requires: Callable[[], str] = str
 
     def suits(self, batch: ProblemBatch) -> bool:
-        """Tell whether problems are few and small enough for it to be run unasked."""
+        """Return whether problems are few and small enough for it to be run unasked."""
         return (
             len(batch) <= self.most_problems
             and batch.active.shape[1] <= self.most_objects

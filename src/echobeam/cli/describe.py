@@ -14,6 +14,7 @@ import click
 from echobeam.cli import describe_ground as on_ground
 from echobeam.cli import options
 from echobeam.cli.columns import filled, table
+from echobeam.cli.describe_ground import RATES
 from echobeam.cli.numbers import dbm, decibels, degrees, duration, scaled, watts
 
 if TYPE_CHECKING:
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
     from echobeam.scenario.tables import RadarTable
     from echobeam.simulation.assumption import Assumption
     from echobeam.simulation.description import Description
-    from echobeam.simulation.ground_budget import GroundBudget
-    from echobeam.simulation.link_budget import EchoBudget, ObjectBudget, PowerScale
+    from echobeam.simulation.link_budget import Budget, EchoBudget, ObjectBudget, PowerScale
 
 MOST_OBJECTS = 20
 """Largest number of rows (objects) in a table; JSON has all objects."""
@@ -244,11 +244,7 @@ LINK: dict[str, Callable[[ObjectBudget], str]] = {
     "object": lambda one: one.name,
     "angle deg": lambda one: degrees(one.angle),
     "distance m": lambda one: f"{one.distance:.1f}",
-    "one antenna": lambda one: decibels(one.snr),
-    "omni SINR": lambda one: decibels(one.omni_sinr),
-    "omni rate": lambda one: f"{one.omni_rate:.3g}",
-    "beam SNR": lambda one: decibels(one.beam_snr),
-    "beam rate": lambda one: f"{one.beam_rate:.3g}",
+    **RATES,
     "beam width deg": lambda one: degrees(one.beam_width),
 }
 """Columns of the downlink."""
@@ -264,9 +260,7 @@ DEVIATIONS: dict[str, Callable[[tuple[ObjectBudget, str, EchoBudget]], str]] = {
 """Columns of the accuracies."""
 
 
-def _echoes(
-    objects: Sequence[ObjectBudget] | Sequence[GroundBudget], scenario: Scenario
-) -> list[str]:
+def _echoes(objects: Sequence[Budget], scenario: Scenario) -> list[str]:
     from echobeam.physics.targets import TARGETS
 
     columns: dict[str, Callable[[Any], str]] = {

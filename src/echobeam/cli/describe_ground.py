@@ -1,4 +1,4 @@
-"""What `echobeam describe` says of arrays and objects on the ground, in two direction cosines."""
+"""Words and columns of `echobeam describe` for the ground: arrays and objects in two cosines."""
 
 from __future__ import annotations
 
@@ -11,6 +11,16 @@ from echobeam.cli.numbers import decibels
 if TYPE_CHECKING:
     from echobeam.scenario.model import Scenario
     from echobeam.simulation.ground_budget import GroundBudget, GroundEcho
+    from echobeam.simulation.link_budget import Budget
+
+RATES: dict[str, Callable[[Budget], str]] = {
+    "one antenna": lambda one: decibels(one.snr),
+    "omni SINR": lambda one: decibels(one.omni_sinr),
+    "omni rate": lambda one: f"{one.omni_rate:.3g}",
+    "beam SNR": lambda one: decibels(one.beam_snr),
+    "beam rate": lambda one: f"{one.beam_rate:.3g}",
+}
+"""Columns of the downlink that do not depend on the geometry."""
 
 DOWNLINK: dict[str, Callable[[GroundBudget], str]] = {
     "object": lambda one: one.name,
@@ -19,11 +29,7 @@ DOWNLINK: dict[str, Callable[[GroundBudget], str]] = {
     "u": lambda one: f"{one.cosines[0]:.3f}",
     "v": lambda one: f"{one.cosines[1]:.3f}",
     "distance m": lambda one: f"{one.distance:.1f}",
-    "one antenna": lambda one: decibels(one.snr),
-    "omni SINR": lambda one: decibels(one.omni_sinr),
-    "omni rate": lambda one: f"{one.omni_rate:.3g}",
-    "beam SNR": lambda one: decibels(one.beam_snr),
-    "beam rate": lambda one: f"{one.beam_rate:.3g}",
+    **RATES,
 }
 """Columns of the downlink."""
 
@@ -47,7 +53,7 @@ def setting(scenario: Scenario) -> dict[str, str]:
         "array": _array(scenario),
         "UAV": _flight(scenario),
         "filter": f"process noise per slot {believed.velocity_std:g} m/s of either velocity; "
-        f"velocity prior {believed.velocity_prior or 30.0:g} m/s",
+        f"velocity prior {believed.new_velocity_std:g} m/s",
         "coverage": f"ellipses of {cover.width:g} standard deviations of the direction cosines "
         f"({cover.spread}), half-axes at most {math.sin(min(cover.max_halfwidth, math.pi / 2)):.3g}"
         f"; ripple {scenario.ripple:g}, lattice of step {cover.resolution:.3g}, rate floor "
@@ -59,14 +65,17 @@ def _array(scenario: Scenario) -> str:
     from echobeam.schemes.configure import arrays_of
 
     array, carrier = scenario.array, f"{scenario.radio.carrier / 1e9:g} GHz"
+    from echobeam.physics.planar import PlanarArray
+
     sends, receives = arrays_of(scenario)
+    assert isinstance(sends, PlanarArray)  # of a single column, if linear
     if array.kind == "linear":
         return (
             f"{array.n_tx} antennas send, {array.receivers} receive, {array.spacing:g} wavelengths "
             f"apart, {array.axis}: one direction cosine, all around it, {carrier}"
         )
     sent, received = (" x ".join(map(str, one.shape)) for one in (sends, receives))
-    widths = " x ".join(f"{width:.2g}" for width in sends.half_power_widths)  # type: ignore[union-attr]
+    widths = " x ".join(f"{width:.2g}" for width in sends.half_power_widths)
     faces = array.facing if isinstance(array.facing, str) else f"to {_vector(array.facing)}"
     polarised = "both polarisations" if array.polarisations == 2 else "one polarisation"
     elements = "isotropic elements" if array.element == "isotropic" else "elements of 8 dBi"

@@ -316,12 +316,12 @@ def _arguments(stated: _Common) -> dict[str, Any]:
 
 
 def _nested(values: list[Any]) -> bool:
-    """Whether a list is one of lists, or empty."""
+    """Return whether a list is one of lists, or empty."""
     return all(isinstance(value, list) for value in values)
 
 
 def _matrix(values: list[Any]) -> bool:
-    """Whether a list of lists is one matrix of numbers, for all objects."""
+    """Return whether a list of lists is one matrix of numbers, for all objects."""
     return all(isinstance(row, list) and not _nested(row) for row in values)
 
 

@@ -35,6 +35,27 @@ class Assumption:
     unit: str = "1"
 
 
+def no_grating_lobes(spacing: float, farthest: float) -> Assumption:
+    """Return the assumption that beams have a single main lobe.
+
+    Parameters
+    ----------
+    spacing
+        Of the antennas, wavelengths.
+    farthest
+        Largest sine or cosine, along an array, of the directions that beams are sent to.
+    """
+    limit = 1.0 / (1.0 + farthest)
+    return Assumption(
+        "no grating lobes",
+        f"antennas are {spacing:.3g} wavelengths apart; beams towards the objects have a single "
+        f"main lobe up to {limit:.3g}",
+        spacing <= limit,
+        spacing,
+        limit,
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Extremes:
     """Extremes of a run's motion, without process noise; NaN if no object is in the scene.

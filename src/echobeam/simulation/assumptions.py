@@ -11,12 +11,13 @@ import numpy as np
 from echobeam.physics.targets import TARGETS
 from echobeam.scenario.model import Scenario
 from echobeam.scenario.tables import RadarTable
+from echobeam.schemes.configure import arrays_of
 from echobeam.simulation import ground_assumptions as on_ground
 from echobeam.simulation import road_assumptions as on_road
-from echobeam.simulation.assumption import Assumption, Extremes
+from echobeam.simulation.assumption import SQUINT, Assumption, Extremes
 from echobeam.simulation.grid import waveform_of
 from echobeam.simulation.ground_budget import GroundBudget
-from echobeam.simulation.link_budget import ObjectBudget, PowerScale, far_field
+from echobeam.simulation.link_budget import Budget, ObjectBudget, PowerScale, far_field
 from echobeam.simulation.world import World
 from echobeam.units import SPEED_OF_LIGHT
 
@@ -48,7 +49,7 @@ def extremes(world: World) -> Extremes:
 
 def assumptions(
     scenario: Scenario,
-    objects: Sequence[ObjectBudget] | Sequence[GroundBudget],
+    objects: Sequence[Budget],
     scale: PowerScale,
     motion: Extremes,
 ) -> tuple[Assumption, ...]:
@@ -69,6 +70,7 @@ def assumptions(
         found += [check(scenario, motion) for check in moving]
     if objects:
         found.append(_threshold(scenario, objects))
+    found.append(_narrow_band(scenario))
     if scenario.geometry == "ground":
         found += on_ground.assumptions(scenario, cast("Sequence[GroundBudget]", objects), motion)
     else:
@@ -165,6 +167,22 @@ def _far_field(scenario: Scenario, motion: Extremes) -> Assumption:
     )
 
 
+def _narrow_band(scenario: Scenario) -> Assumption:
+    apertures = []
+    for array in arrays_of(scenario):
+        apertures.append(array.spacing * math.hypot(*(count - 1 for count in array.shape)))
+    transit = max(apertures) / scenario.radio.carrier
+    ratio = transit * scenario.radar.bandwidth
+    return Assumption(
+        "narrow band",
+        f"a wave crosses the array in {transit * 1e9:.3g} ns, {ratio:.2g} of 1 / bandwidth; beams "
+        f"do not squint up to {SQUINT:g}",
+        ratio <= SQUINT,
+        ratio,
+        SQUINT,
+    )
+
+
 def _pulse(scenario: Scenario) -> Assumption:
     pulse, slot = scenario.radar.pulse_length, scenario.frame.slot
     return Assumption(
@@ -236,9 +254,7 @@ def _largest_doppler(scenario: Scenario, motion: Extremes) -> float:
     return 2.0 * motion.closing * scenario.radio.carrier / SPEED_OF_LIGHT
 
 
-def _threshold(
-    scenario: Scenario, objects: Sequence[ObjectBudget] | Sequence[GroundBudget]
-) -> Assumption:
+def _threshold(scenario: Scenario, objects: Sequence[Budget]) -> Assumption:
     omni = min(one.omni_echo.array_snr for one in objects)
     beam = min(one.beam_echo.array_snr for one in objects)
     return Assumption(

@@ -11,7 +11,7 @@ from echobeam.physics.planar import PlanarArray
 from echobeam.physics.plane import approach, offset_of
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import arrays_of
-from echobeam.simulation.assumption import SQUINT, Assumption, Extremes
+from echobeam.simulation.assumption import Assumption, Extremes, no_grating_lobes
 from echobeam.simulation.ground_budget import GroundBudget
 from echobeam.simulation.world import World
 from echobeam.values import Array
@@ -39,7 +39,8 @@ def assumptions(
     scenario: Scenario, objects: Sequence[GroundBudget], moving: Extremes
 ) -> list[Assumption]:
     """Return the assumptions about directions; those alike in both geometries are not here."""
-    found = [_narrow_band(scenario), _grating(scenario, objects)]
+    farthest = max((abs(part) for one in objects for part in one.cosines), default=1.0)
+    found = [no_grating_lobes(scenario.array.spacing, farthest)]
     if math.isfinite(moving.nearest):
         found.append(_migration(scenario, moving))
     if objects:
@@ -52,35 +53,6 @@ def _array(scenario: Scenario) -> PlanarArray:
     array = arrays_of(scenario)[0]
     assert isinstance(array, PlanarArray)
     return array
-
-
-def _narrow_band(scenario: Scenario) -> Assumption:
-    apertures = []
-    for array in arrays_of(scenario):
-        apertures.append(array.spacing * math.hypot(*(count - 1 for count in array.shape)))
-    transit = max(apertures) / scenario.radio.carrier
-    ratio = transit * scenario.radar.bandwidth
-    return Assumption(
-        "narrow band",
-        f"a wave crosses the array in {transit * 1e9:.3g} ns, {ratio:.2g} of 1 / bandwidth; beams "
-        f"do not squint up to {SQUINT:g}",
-        ratio <= SQUINT,
-        ratio,
-        SQUINT,
-    )
-
-
-def _grating(scenario: Scenario, objects: Sequence[GroundBudget]) -> Assumption:
-    farthest = max((abs(part) for one in objects for part in one.cosines), default=1.0)
-    limit, spacing = 1.0 / (1.0 + farthest), scenario.array.spacing
-    return Assumption(
-        "no grating lobes",
-        f"antennas are {spacing:.3g} wavelengths apart; beams towards the objects have a single "
-        f"main lobe up to {limit:.3g}",
-        spacing <= limit,
-        spacing,
-        limit,
-    )
 
 
 def _migration(scenario: Scenario, moving: Extremes) -> Assumption:
@@ -112,7 +84,8 @@ def _cover(scenario: Scenario, objects: Sequence[GroundBudget], of: str) -> list
 
 
 def _lattice(scenario: Scenario, objects: Sequence[GroundBudget]) -> Assumption:
-    cover, step = max(_cover(scenario, objects, "omni_echo"), default=0.0), _step(scenario)
+    cover = max(_cover(scenario, objects, "omni_echo"), default=0.0)
+    step = scenario.coverage.resolution
     wide = max(_array(scenario).shape) * scenario.array.spacing
     return Assumption(
         "lattice finer than beams",
@@ -122,10 +95,6 @@ def _lattice(scenario: Scenario, objects: Sequence[GroundBudget]) -> Assumption:
         step,
         0.5 / wide,
     )
-
-
-def _step(scenario: Scenario) -> float:
-    return scenario.coverage.resolution
 
 
 def _widest(scenario: Scenario, objects: Sequence[GroundBudget]) -> Assumption:

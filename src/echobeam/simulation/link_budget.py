@@ -11,17 +11,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from echobeam.physics import transmission
 from echobeam.physics.angles import exact_cosine
 from echobeam.physics.array import LinearArray
+from echobeam.physics.coordinates import direction_of, distance_of
 from echobeam.physics.detection import DetectionLaw
 from echobeam.physics.link import channel_loss, rate, sinr
-from echobeam.physics.measurement import measure
 from echobeam.physics.planar import linear
-from echobeam.physics.variance_law import VarianceLaw
 from echobeam.scenario.model import Scenario
 from echobeam.schemes.configure import arrays_of, detection_of
 from echobeam.simulation.world import World
@@ -35,9 +35,9 @@ NOISE_FIGURE = 10.0**0.7
 """Noise figure of a receiver, linear: 7 dB, typical at millimetre waves."""
 
 
-@dataclass(frozen=True, slots=True)
-class EchoBudget:
-    """Echo of one object under one transmission, and the accuracy of its measurement.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Echo:
+    """Echo of one object under one transmission, and what any geometry measures of it.
 
     Attributes
     ----------
@@ -50,13 +50,10 @@ class EchoBudget:
     counted_snr
         SNR in the bound, Eq. (20) to Eq. (22): N_t N_r times `snr` for
         ``radar.crb = "paper"``, where N_t is counted twice; `array_snr` for ``"exact"``.
-    angle_std, delay_std, doppler_std
-        Standard deviations of a measurement, rad, s, Hz; infinite where nothing is measured.
+    delay_std, doppler_std
+        Standard deviations of a measurement, s, Hz; infinite where nothing is measured.
     distance_std, speed_std
         Standard deviations of delay and Doppler as distance, m, and radial speed, m/s.
-    velocity_std
-        Standard deviation of the speed along the road from the Doppler, m/s; infinite across the
-        line of sight.
     detection
         Probability that the echo is detected at ``radar.false_alarm``; labelled ones always are.
     """
@@ -65,25 +62,38 @@ class EchoBudget:
     snr: float
     array_snr: float
     counted_snr: float
-    angle_std: float
     delay_std: float
     doppler_std: float
     distance_std: float
     speed_std: float
-    velocity_std: float
     detection: float
 
 
-@dataclass(frozen=True, slots=True)
-class ObjectBudget:
-    """Downlink and echo of one object in one slot.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EchoBudget(Echo):
+    """Echo of one object on a road, and the accuracy of its measurement.
+
+    Attributes
+    ----------
+    angle_std
+        Standard deviation of the angle, rad; infinite where it is not measured.
+    velocity_std
+        Standard deviation of the speed along the road from the Doppler, m/s; infinite across the
+        line of sight.
+    """
+
+    angle_std: float
+    velocity_std: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Budget:
+    """Downlink and echoes of one object in one slot, whatever the geometry.
 
     Attributes
     ----------
     name
         Name of the object.
-    angle, distance, velocity
-        State: rad, m, and ground speed along the road, m/s.
     delay, doppler
         Delay and Doppler of its echo, s and Hz; the Doppler is positive when approaching.
     snr
@@ -93,8 +103,6 @@ class ObjectBudget:
         (7) and Eq. (8).
     beam_snr, beam_rate
         SNR, linear, and rate, bit/s/Hz, with all power in the beam matched to the object, Eq. (10).
-    beam_width
-        Half-power width of that beam, rad.
     cross_section
         Radar cross-section at the object's aspect over its mean, linear: 1 if it is constant.
     omni_echo, beam_echo
@@ -102,9 +110,6 @@ class ObjectBudget:
     """
 
     name: str
-    angle: float
-    distance: float
-    velocity: float
     delay: float
     doppler: float
     snr: float
@@ -112,8 +117,27 @@ class ObjectBudget:
     omni_rate: float
     beam_snr: float
     beam_rate: float
-    beam_width: float
     cross_section: float
+    omni_echo: Echo
+    beam_echo: Echo
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObjectBudget(Budget):
+    """Downlink and echo of one object on a road in one slot.
+
+    Attributes
+    ----------
+    angle, distance, velocity
+        State: rad, m, and ground speed along the road, m/s.
+    beam_width
+        Half-power width of the matched beam, rad.
+    """
+
+    angle: float
+    distance: float
+    velocity: float
+    beam_width: float
     omni_echo: EchoBudget
     beam_echo: EchoBudget
 
@@ -191,45 +215,96 @@ def power_scale(scenario: Scenario) -> PowerScale:
     )
 
 
-def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
-    """Return the budgets of the objects present in a slot of one trial."""
+def downlinks(world: World) -> list[dict[str, Any]]:
+    """Return the fields of `Budget` but the echoes, of the objects present in a slot of a trial."""
+    scenario, law, axes = world.scene.scenario, world.scene.law, world.scene.geometry.axes
+    radio, array = scenario.radio, law.transmitter
+    here = np.flatnonzero(world.present)
+    place, measured = world.place[0, here], world.ideal()[0, here]
+    sections = np.ones(len(here)) if law.target is None else law.target.relative(place)
+    omni = omni_budget(world)
+    loss = channel_loss(distance_of(place, axes), radio.noise, radio.alpha0)
+    shared = sinr(omni, np.eye(len(here), dtype=np.bool_), direction_of(place, axes), loss, array)
+    snrs = radio.power / loss
+    return [
+        {
+            "name": world.scene.mover.names[world.identity[column]],
+            "delay": float(measured[row, -2]),
+            "doppler": float(measured[row, -1]),
+            "snr": float(snrs[row]),
+            "omni_sinr": float(shared[row]),
+            "omni_rate": float(rate(shared[row])),
+            "beam_snr": array.elements * float(snrs[row]),
+            "beam_rate": float(rate(array.elements * float(snrs[row]))),
+            "cross_section": float(sections[row]),
+        }
+        for row, column in enumerate(here)
+    ]
+
+
+def omni_budget(world: World) -> Transmission:
+    """Return the omnidirectional transmission to all objects present."""
     scenario, law = world.scene.scenario, world.scene.law
-    radio, array = scenario.radio, linear(law.transmitter)
+    served = np.ones(int(world.present.sum()), dtype=np.bool_)
+    return transmission.omni(served, scenario.radio.power, law.transmitter.n)
+
+
+def echo_of(
+    world: World, sent: Transmission, place: Array, seen: DetectionLaw
+) -> tuple[dict[str, Any], Array]:
+    """Return the fields of `Echo` of an object, and the variance of its measurement, ``(M,)``.
+
+    Parameters
+    ----------
+    world
+        Nature in the slot.
+    sent
+        What is sent.
+    place
+        ``(1, A + 1)`` or more: of the object.
+    seen
+        The law of detections.
+    """
+    law, carrier = world.scene.law, world.scene.scenario.radio.carrier
+    snr = law.snr(sent, place)
+    variance: Array = law.variance(sent, place, snr)[0]
+    delay, doppler = (float(each) for each in np.sqrt(variance[-2:]))
+    array_snr = float(snr[0]) * law.receiver.elements
+    counted = law.transmitter.elements if law.crb == "paper" else 1
+    fields = {
+        "raw_snr": float(snr[0]) / law.gain,
+        "snr": float(snr[0]),
+        "array_snr": array_snr,
+        "counted_snr": array_snr * counted,
+        "delay_std": delay,
+        "doppler_std": doppler,
+        "distance_std": 0.5 * SPEED_OF_LIGHT * delay,
+        "speed_std": 0.5 * SPEED_OF_LIGHT / carrier * doppler,
+        "detection": float(seen.probability(snr)[0]),
+    }
+    return fields, variance
+
+
+def object_budgets(world: World) -> tuple[ObjectBudget, ...]:
+    """Return the budgets of the objects on a road present in a slot of one trial."""
+    scenario, array = world.scene.scenario, linear(world.scene.law.transmitter)
     here, seen = np.flatnonzero(world.present), detection_of(scenario)
     state, place = world.state[0, here], world.place[0, here]
-    sections = np.ones(len(here)) if law.target is None else law.target.relative(place)
-    omni = transmission.omni(np.ones(len(here), dtype=np.bool_), radio.power, array.n)
-    loss = channel_loss(state[:, 1], radio.noise, radio.alpha0)
-    shared = sinr(omni, np.eye(len(here), dtype=np.bool_), state[:, 0], loss, array)
-    measured = measure(
-        state[:, 0], state[:, 1], state[:, 2], world.uav.speed, world.uav.heading, radio.carrier
-    )
-    snrs = radio.power / loss
-    widths = array.half_power_width(state[:, 0])
+    omni, widths = omni_budget(world), array.half_power_width(state[:, 0])
     budgets = []
-    for row, column in enumerate(here):
+    for row, link in enumerate(downlinks(world)):
         alone = place[row : row + 1]
         angle, distance, velocity = (float(component) for component in state[row])
-        snr = float(snrs[row])
+        beam = _matched(angle, scenario.radio.power, array)
         budgets.append(
             ObjectBudget(
-                name=world.scene.mover.names[world.identity[column]],
                 angle=angle,
                 distance=distance,
                 velocity=velocity,
-                delay=float(measured[row, 1]),
-                doppler=float(measured[row, 2]),
-                snr=snr,
-                omni_sinr=float(shared[row]),
-                omni_rate=float(rate(shared[row])),
-                beam_snr=array.n * snr,
-                beam_rate=float(rate(array.n * snr)),
                 beam_width=float(widths[row]),
-                cross_section=float(sections[row]),
-                omni_echo=_echo(omni, alone, law, seen, radio.carrier),
-                beam_echo=_echo(
-                    _matched(angle, radio.power, array), alone, law, seen, radio.carrier
-                ),
+                omni_echo=_echo(world, omni, alone, seen),
+                beam_echo=_echo(world, beam, alone, seen),
+                **link,
             )
         )
     return tuple(budgets)
@@ -245,26 +320,12 @@ def _matched(angle: float, power: float, array: LinearArray) -> Transmission:
     return transmission.directional(math.sqrt(power / array.n) * array.steering([angle]))
 
 
-def _echo(
-    sent: Transmission, state: Array, law: VarianceLaw, seen: DetectionLaw, carrier: float
-) -> EchoBudget:
-    """Return the echo of an object in a state ``(1, 3)``."""
-    snr = law.snr(sent, state)
-    angle, delay, doppler = np.sqrt(law.variance(sent, state, snr)[0])
-    array_snr = float(snr[0]) * law.receiver.n
-    to_speed = SPEED_OF_LIGHT / (2.0 * carrier)
-    along = abs(float(exact_cosine(state[0, 0])))
-    speed_std = float(doppler) * to_speed
+def _echo(world: World, sent: Transmission, place: Array, seen: DetectionLaw) -> EchoBudget:
+    """Return the echo of an object at a place ``(1, 2)`` or more."""
+    fields, variance = echo_of(world, sent, place, seen)
+    along = abs(float(exact_cosine(place[0, 0])))
     return EchoBudget(
-        raw_snr=float(snr[0]) / law.gain,
-        snr=float(snr[0]),
-        array_snr=array_snr,
-        counted_snr=array_snr * law.transmitter.n if law.crb == "paper" else array_snr,
-        angle_std=float(angle),
-        delay_std=float(delay),
-        doppler_std=float(doppler),
-        distance_std=float(delay) * SPEED_OF_LIGHT / 2.0,
-        speed_std=speed_std,
-        velocity_std=speed_std / along if along > 0.0 else math.inf,
-        detection=float(seen.probability(snr)[0]),
+        angle_std=float(np.sqrt(variance[0])),
+        velocity_std=fields["speed_std"] / along if along > 0.0 else math.inf,
+        **fields,
     )

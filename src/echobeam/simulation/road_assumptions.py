@@ -10,7 +10,7 @@ import numpy as np
 from echobeam.physics.array import LinearArray
 from echobeam.physics.measurement import closing_speed
 from echobeam.scenario.model import Scenario
-from echobeam.simulation.assumption import SQUINT, Assumption, Extremes
+from echobeam.simulation.assumption import Assumption, Extremes, no_grating_lobes
 from echobeam.simulation.link_budget import ObjectBudget
 from echobeam.simulation.world import World
 from echobeam.values import Array
@@ -41,41 +41,15 @@ def assumptions(
     scenario: Scenario, objects: Sequence[ObjectBudget], moving: Extremes
 ) -> list[Assumption]:
     """Return the assumptions about angles; those alike in both geometries are not here."""
-    found = [_narrow_band(scenario), _grating(scenario, objects)]
+    project = math.sin if scenario.array.axis == "vertical" else math.cos
+    farthest = max((abs(project(one.angle)) for one in objects), default=1.0)
+    found = [no_grating_lobes(scenario.array.spacing, farthest)]
     if math.isfinite(moving.nearest):
         found.append(_angle_migration(scenario, moving))
     if objects:
         checks = (_velocity, _grid, _widest, _separated, _blind)
         found += [check(scenario, objects) for check in checks]
     return found
-
-
-def _narrow_band(scenario: Scenario) -> Assumption:
-    array, radio, radar = scenario.array, scenario.radio, scenario.radar
-    transit = (max(array.n_tx, array.receivers) - 1) * array.spacing / radio.carrier
-    ratio = transit * radar.bandwidth
-    return Assumption(
-        "narrow band",
-        f"a wave crosses the array in {transit * 1e9:.3g} ns, {ratio:.2g} of 1 / bandwidth; beams "
-        f"do not squint up to {SQUINT:g}",
-        ratio <= SQUINT,
-        ratio,
-        SQUINT,
-    )
-
-
-def _grating(scenario: Scenario, objects: Sequence[ObjectBudget]) -> Assumption:
-    project = math.sin if scenario.array.axis == "vertical" else math.cos
-    farthest = max((abs(project(one.angle)) for one in objects), default=1.0)
-    limit = 1.0 / (1.0 + farthest)
-    return Assumption(
-        "no grating lobes",
-        f"antennas are {scenario.array.spacing:.3g} wavelengths apart; beams towards the objects "
-        f"have a single main lobe up to {limit:.3g}",
-        scenario.array.spacing <= limit,
-        scenario.array.spacing,
-        limit,
-    )
 
 
 def _angle_migration(scenario: Scenario, moving: Extremes) -> Assumption:
